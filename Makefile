@@ -1,0 +1,32 @@
+# Each target does its own set-up; `make` alone lists them.
+.DEFAULT_GOAL := help
+.PHONY: help setup render test format lint clean
+
+BIN := .venv/bin
+
+help: ## list the targets
+	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
+
+setup: ## install what a render needs; leaves .venv/bin/lab
+	@bash .house/setup.sh
+
+render: setup ## render the default scene to out/atrium.png, .exr and .json
+	$(BIN)/lab render scenes/atrium/scene.toml -o out/atrium
+
+test: ## install every extra and run all tests and checks
+	@bash .house/setup.sh all
+	$(BIN)/python -m pytest
+
+format: ## format Python and C++
+	@bash .house/setup.sh all
+	$(BIN)/ruff check --fix --select I .
+	$(BIN)/ruff format .
+	git ls-files --cached --others --exclude-standard '*.cpp' '*.h' | xargs -r $(BIN)/clang-format -i
+
+lint: ## only the checks: ruff, mypy, clang-format, repository rules
+	@bash .house/setup.sh all
+	$(BIN)/python -m pytest tests/repo
+
+clean: ## remove what was built, rendered and installed
+	rm -rf .venv build out .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +

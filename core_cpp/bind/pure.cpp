@@ -1,0 +1,104 @@
+// The pure functions, on arrays, so that tests can run each engine's against the same float64 oracle.
+#include <pybind11/pybind11.h>
+
+#include <algorithm>
+
+#include "arrays.h"
+#include "bind.h"
+#include "lab/blending.h"
+#include "lab/draw_member.h"
+#include "lab/interleave.h"
+#include "lab/lobe.h"
+#include "lab/random.h"
+#include "lab/reservoir.h"
+
+namespace lab::bind {
+namespace {
+
+// (n, 4) uint32 -> (n, 4) uint32.
+py::array pcg4d_(const py::object& keys) {
+    const auto in = view<std::uint32_t>(keys, "keys");
+    std::vector<std::uint32_t> out(in.size());
+    for (std::size_t i = 0; i + 3 < in.size(); i += 4) {
+        const Random4 r = pcg4d({in[i], in[i + 1], in[i + 2], in[i + 3]});
+        out[i] = r.x;
+        out[i + 1] = r.y;
+        out[i + 2] = r.z;
+        out[i + 3] = r.w;
+    }
+    return to_numpy(std::move(out), {static_cast<py::ssize_t>(in.size() / 4), 4});
+}
+
+// (n,) distances -> (n,) B of one level.
+py::array blend_weight_(const py::object& distance, float blend_radius, bool first, bool top) {
+    const auto in = view<float>(distance, "distance");
+    const Blend blend = make_blend(blend_radius, first, top);
+    std::vector<float> out;
+    for (const float d : in) out.push_back(blend_weight(blend, d));
+    return to_numpy(std::move(out));
+}
+
+// (n, 3) unit directions from the light -> (n,) emission.
+py::array emission_(const py::object& direction, const std::string& kind, const py::object& normal,
+                    const py::object& normal_moment, bool oriented) {
+    const auto word = std::find_if(words_of<Lobe>.begin(), words_of<Lobe>.end(), [&](const char* w) { return kind == w; });
+    if (word == words_of<Lobe>.end()) throw py::value_error("unknown lobe " + kind);
+    const EmissionLobe lobe =
+        make_lobe(static_cast<Lobe>(word - words_of<Lobe>.begin()), view<vec3>(normal, "normal", 1)[0],
+                  view<Symmetric>(normal_moment, "normal_moment", 1)[0], oriented);
+    std::vector<float> out;
+    for (const vec3& w : view<vec3>(direction, "direction")) out.push_back(emission(lobe, w.x, w.y, w.z, 1.0f));
+    return to_numpy(std::move(out));
+}
+
+// One reservoir over (n,) weights, once for each of (m,) starting uniforms -> (m,) picks.
+py::array reservoir_picks(const py::object& weight, const py::object& uniform) {
+    const auto f = view<float>(weight, "weight"), u = view<float>(uniform, "uniform");
+    std::vector<std::int32_t> picks;
+    for (float state : u) {
+        std::int32_t pick = -1;
+        float sum = 0;
+        for (std::size_t i = 0; i < f.size(); ++i) {
+            reservoir_decide(reservoir_step(sum, f[i]), static_cast<std::int32_t>(i), state, pick);
+            sum += f[i];
+        }
+        picks.push_back(pick);
+    }
+    return to_numpy(std::move(picks));
+}
+
+// (n,) random bits and (n,) weights -> (n,) keys.
+py::array race_key_(const py::object& bits, const py::object& weight) {
+    const auto b = view<std::uint32_t>(bits, "bits");
+    const auto f = view<float>(weight, "weight", b.size());
+    std::vector<float> out;
+    for (std::size_t i = 0; i < b.size(); ++i) out.push_back(race_key(b[i], f[i]));
+    return to_numpy(std::move(out));
+}
+
+py::array raised_cosine(const py::object& uniform) {
+    std::vector<float> out;
+    for (const float u : view<float>(uniform, "uniform")) out.push_back(sample_raised_cosine(u));
+    return to_numpy(std::move(out));
+}
+
+py::array dealt_tile_(std::uint32_t count, std::uint32_t level, int n) {
+    std::vector<std::int32_t> out;
+    for (std::uint32_t i = 0; i < count; ++i) out.push_back(dealt_tile(i, level, n));
+    return to_numpy(std::move(out));
+}
+
+}  // namespace
+
+void bind_pure(py::module_& m) {
+    m.def("pcg4d", &pcg4d_, py::arg("keys"));
+    m.def("blend_weight", &blend_weight_, py::arg("distance"), py::arg("blend_radius"), py::arg("first"), py::arg("top"));
+    m.def("emission", &emission_, py::arg("direction"), py::arg("kind"), py::arg("normal"), py::arg("normal_moment"),
+          py::arg("oriented"));
+    m.def("reservoir_picks", &reservoir_picks, py::arg("weight"), py::arg("uniform"));
+    m.def("race_key", &race_key_, py::arg("bits"), py::arg("weight"));
+    m.def("sample_raised_cosine", &raised_cosine, py::arg("uniform"));
+    m.def("dealt_tile", &dealt_tile_, py::arg("count"), py::arg("level"), py::arg("n"));
+}
+
+}  // namespace lab::bind

@@ -1,0 +1,47 @@
+// The nested grids of a hierarchy: one cube, halved level by level (LY19 3.1).
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <span>
+
+#include "lab/records.h"
+
+namespace lab {
+
+// Where a point lies in a level's grid: its cell, and the place inside it in [0, 1].
+struct CellPoint {
+    glm::ivec3 cell;
+    glm::vec3 fraction;
+};
+
+// Level l (1..top) has cells(l) = 2^(top - l) cells and one more vertex along each axis; all levels share a corner.
+struct Grid {
+    glm::vec3 origin{0.0f};
+    float top_size = 1.0f;
+    int top = 1;
+
+    int cells(int level) const { return 1 << (top - level); }
+    float cell_size(int level) const { return std::ldexp(top_size, level - top); }
+
+    // The float operations here decide S1's integers: they are the same on every engine (no contraction).
+    CellPoint locate(const glm::vec3& p, int level) const {
+        const float inverse = 1.0f / cell_size(level);
+        const int last = cells(level) - 1;
+        CellPoint at;
+        for (int axis = 0; axis < 3; ++axis) {
+            const float u = (p[axis] - origin[axis]) * inverse;
+            const int cell = std::clamp(static_cast<int>(std::floor(u)), 0, last);
+            at.cell[axis] = cell;  // a light on the far face belongs to the last cell
+            at.fraction[axis] = std::clamp(u - static_cast<float>(cell), 0.0f, 1.0f);
+        }
+        return at;
+    }
+};
+
+// The cube around all lights: longest edge * scale, never below what their coordinates can resolve.
+Grid make_grid(std::span<const glm::vec3> positions, float bounds_scale);
+
+}  // namespace lab

@@ -1,0 +1,48 @@
+// Rays against the triangles of a scene. Embree stays behind this header.
+#pragma once
+
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <memory>
+#include <span>
+#include <string>
+
+namespace lab {
+
+struct SceneData;
+
+// A segment: points origin + t * direction for t in (0, length).
+struct Ray {
+    glm::vec3 origin, direction;
+    float length;
+};
+
+struct Hit {
+    static constexpr std::uint32_t none = 0xffffffffu;
+    std::uint32_t triangle = none;
+    float t = 0, u = 0, v = 0;  // point = (1-u-v) a + u b + v c
+
+    bool found() const { return triangle != none; }
+};
+
+enum class Coherence { coherent, incoherent };
+
+class RayTracer {
+  public:
+    explicit RayTracer(const SceneData& scene);  // keeps a reference to it
+    ~RayTracer();
+    RayTracer(const RayTracer&) = delete;
+    RayTracer& operator=(const RayTracer&) = delete;
+
+    // Both skip the holes of alpha-masked triangles, and may be called from any thread.
+    void intersect(std::span<const Ray> rays, std::span<Hit> hits, Coherence coherence) const;
+    void visible(std::span<const Ray> rays, std::span<std::uint8_t> visible, Coherence coherence) const;
+
+    static std::string version();
+
+  private:
+    struct Implementation;
+    std::unique_ptr<Implementation> self_;
+};
+
+}  // namespace lab

@@ -1,0 +1,95 @@
+// The scene as the core holds it: one soup of triangles, materials, textures and lights, and a ray tracer over them.
+#pragma once
+
+#include <glm/glm.hpp>
+#include <memory>
+#include <vector>
+
+#include "lab/ray_tracer.h"
+#include "lab/texture.h"
+
+namespace lab {
+
+using glm::vec2;
+using glm::vec3;
+
+struct Material {
+    vec3 base_colour;
+    int texture;  // -1: none
+    float alpha, alpha_cutoff;
+    vec3 emission;
+    bool two_sided;
+};
+
+struct SunLight {
+    vec3 to_sun, irradiance;
+};
+
+struct PointLight {
+    vec3 position, intensity;
+};
+
+struct SpotLight {
+    vec3 position, direction, intensity;
+    float cos_inner, cos_outer;
+};
+
+// An emissive triangle, with the share of the power of all of them up to and with it.
+struct Emitter {
+    std::uint32_t triangle;
+    float area, cumulative;
+    vec3 radiance;
+    bool two_sided;
+};
+
+// Arrays of the scene. Vertex arrays are as long as `position`; a zero normal means "use the triangle's own".
+struct SceneData {
+    std::vector<vec3> position, normal, colour;
+    std::vector<vec2> uv;
+    std::vector<glm::uvec3> triangle;
+    std::vector<std::uint32_t> material_of;  // of each triangle
+    std::vector<Material> materials;
+    std::vector<Texture> textures;
+    std::vector<SunLight> suns;
+    std::vector<PointLight> points;
+    std::vector<SpotLight> spots;
+};
+
+// What a ray found. Normals are as modelled; the caller turns them toward the ray.
+struct Surface {
+    vec3 position, normal, geometric_normal, albedo, emission;
+    bool emits_back;
+};
+
+class Scene {
+  public:
+    explicit Scene(SceneData data);
+
+    const SceneData& data() const { return data_; }
+    const RayTracer& rays() const { return *rays_; }
+    const std::vector<Emitter>& emitters() const { return emitters_; }
+    vec3 centre() const { return centre_; }
+    float radius() const { return radius_; }
+
+    // The surface at `hit`. `footprint`: width of the ray's cone there, 0 for the textures' full resolution.
+    Surface surface(const Hit& hit, float footprint) const;
+    // `point` moved off its surface by what float can resolve here, to the side that `normal` shows to.
+    vec3 off_surface(const vec3& point, const vec3& normal) const;
+    // A triangle's corner-weighted point and its unit normal.
+    vec3 point_on(std::uint32_t triangle, float u, float v) const;
+    vec3 triangle_normal(std::uint32_t triangle) const;
+
+  private:
+    SceneData data_;
+    std::unique_ptr<RayTracer> rays_;
+    std::vector<Emitter> emitters_;
+    vec3 centre_{0.0f};
+    float radius_ = 1.0f;
+
+    void find_emitters();
+};
+
+// Share of a spot's intensity toward a direction at cos_angle from its axis (KHR_lights_punctual's smooth edge).
+float spot_attenuation(const SpotLight& spot, float cos_angle);
+
+}  // namespace lab

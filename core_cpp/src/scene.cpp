@@ -1,0 +1,101 @@
+#include "lab/scene.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "lab/luminance.h"
+
+namespace lab {
+
+Scene::Scene(SceneData data) : data_(std::move(data)) {
+    vec3 low(std::numeric_limits<float>::max()), high = -low;
+    for (const glm::uvec3& t : data_.triangle)
+        for (int k = 0; k < 3; ++k) {
+            low = glm::min(low, data_.position[t[k]]);
+            high = glm::max(high, data_.position[t[k]]);
+        }
+    centre_ = 0.5f * (low + high);
+    radius_ = 0.0f;
+    for (const glm::uvec3& t : data_.triangle)
+        for (int k = 0; k < 3; ++k) radius_ = std::max(radius_, glm::distance(centre_, data_.position[t[k]]));
+    find_emitters();
+    rays_ = std::make_unique<RayTracer>(data_);
+}
+
+vec3 Scene::point_on(std::uint32_t triangle, float u, float v) const {
+    const glm::uvec3 t = data_.triangle[triangle];
+    return (1 - u - v) * data_.position[t.x] + u * data_.position[t.y] + v * data_.position[t.z];
+}
+
+vec3 Scene::triangle_normal(std::uint32_t triangle) const {
+    const glm::uvec3 t = data_.triangle[triangle];
+    const glm::dvec3 a = data_.position[t.x];
+    const glm::dvec3 n = glm::cross(glm::dvec3(data_.position[t.y]) - a, glm::dvec3(data_.position[t.z]) - a);
+    const double length = glm::length(n);
+    return length > 0 ? vec3(n / length) : vec3(0.0f);
+}
+
+void Scene::find_emitters() {
+    double sum = 0;
+    std::vector<double> cumulative;
+    for (std::uint32_t t = 0; t < data_.triangle.size(); ++t) {
+        const Material& material = data_.materials[data_.material_of[t]];
+        const glm::uvec3 c = data_.triangle[t];
+        const glm::dvec3 a = data_.position[c.x];
+        const double area = 0.5 * glm::length(glm::cross(glm::dvec3(data_.position[c.y]) - a,
+                                                         glm::dvec3(data_.position[c.z]) - a));
+        const double power = area * luminance(material.emission) * (material.two_sided ? 2 : 1);
+        if (!(power > 0)) continue;
+        sum += power;
+        cumulative.push_back(sum);
+        emitters_.push_back({t, static_cast<float>(area), 0, material.emission, material.two_sided});
+    }
+    for (std::size_t i = 0; i < emitters_.size(); ++i)
+        emitters_[i].cumulative = static_cast<float>(cumulative[i] / sum);
+    if (!emitters_.empty()) emitters_.back().cumulative = 1.0f;
+}
+
+Surface Scene::surface(const Hit& hit, float footprint) const {
+    const glm::uvec3 t = data_.triangle[hit.triangle];
+    const float w = 1 - hit.u - hit.v;
+    const Material& material = data_.materials[data_.material_of[hit.triangle]];
+    Surface s;
+    s.position = point_on(hit.triangle, hit.u, hit.v);
+    s.geometric_normal = triangle_normal(hit.triangle);
+    const vec3 n = w * data_.normal[t.x] + hit.u * data_.normal[t.y] + hit.v * data_.normal[t.z];
+    const float length = glm::length(n);
+    s.normal = length > 1e-6f ? n / length : s.geometric_normal;
+    s.albedo = material.base_colour *
+               (w * data_.colour[t.x] + hit.u * data_.colour[t.y] + hit.v * data_.colour[t.z]);
+    s.emission = material.emission;
+    s.emits_back = material.two_sided;
+    if (material.texture >= 0) {
+        const Texture& texture = data_.textures[material.texture];
+        const vec2 a = data_.uv[t.x], b = data_.uv[t.y], c = data_.uv[t.z];
+        float level = 0;
+        if (footprint > 0) {  // texels per pixel: ratio of the triangle's areas in texels and in space
+            const vec2 e = b - a, f = c - a;
+            const float texels = std::abs(e.x * f.y - e.y * f.x) * static_cast<float>(texture.width()) *
+                                 static_cast<float>(texture.height());
+            const float area = glm::length(glm::cross(data_.position[t.y] - data_.position[t.x],
+                                                      data_.position[t.z] - data_.position[t.x]));
+            level = 0.5f * std::log2(texels / area * footprint * footprint);
+        }
+        s.albedo *= vec3(texture.sample(w * a + hit.u * b + hit.v * c, level));
+    }
+    return s;
+}
+
+vec3 Scene::off_surface(const vec3& point, const vec3& normal) const {
+    const float magnitude = std::max(std::abs(point.x), std::max(std::abs(point.y), std::abs(point.z)));
+    return point + (1e-5f * radius_ + 1e-6f * magnitude) * normal;
+}
+
+float spot_attenuation(const SpotLight& spot, float cos_angle) {
+    if (cos_angle <= spot.cos_outer) return 0.0f;
+    const float t = std::min(1.0f, (cos_angle - spot.cos_outer) / std::max(1e-6f, spot.cos_inner - spot.cos_outer));
+    return t * t;
+}
+
+}  // namespace lab

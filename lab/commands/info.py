@@ -1,0 +1,73 @@
+"""``lab info``: versions, the machine, and what is installed; works with the core alone."""
+
+from __future__ import annotations
+
+import argparse
+import re
+from importlib import metadata
+from importlib.util import find_spec
+from typing import Any
+
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from lab.report import machine, version
+
+
+def run(args: argparse.Namespace) -> None:
+    """Prints the tables."""
+    console = Console(highlight=False, soft_wrap=True)
+    table = Table(show_header=False, box=None, pad_edge=False)
+    rows: dict[str, object] = {"lab": version(), **machine(), **core_info()}
+    for name, value in rows.items():
+        table.add_row(name, escape(str(value)))
+    console.print(table)
+    console.print()
+    extras = Table("package", "version", "part of", box=None, pad_edge=False)
+    for package, installed, part in packages():
+        extras.add_row(package, installed or "[yellow]missing[/]", escape(part))
+    console.print(extras)
+    for extra in missing_extras():
+        console.print(f"extra '{extra}': install it with  pip install 'many-lights-lab\\[{extra}]'")
+
+
+def core_info() -> dict[str, Any]:
+    """What the compiled core says about itself, or how to build it."""
+    if find_spec("lab._core") is None:
+        return {"core": "not built; run 'make setup'"}
+    from lab import _core
+
+    return dict(_core.info())
+
+
+def packages() -> list[tuple[str, str, str]]:
+    """(package, installed version or "", "lab" or the extra that brings it) of every declared dependency."""
+    rows = []
+    for name, extra in _requirements():
+        try:
+            installed = metadata.version(name)
+        except metadata.PackageNotFoundError:
+            installed = ""
+        rows.append((name, installed, f"extra {extra}" if extra else "lab"))
+    return rows
+
+
+def missing_extras() -> list[str]:
+    """Extras of which at least one package is missing."""
+    return sorted({part.removeprefix("extra ") for _, installed, part in packages() if not installed and part != "lab"})
+
+
+def _requirements() -> list[tuple[str, str]]:
+    try:
+        declared = metadata.requires("many-lights-lab") or []
+    except metadata.PackageNotFoundError:
+        return []
+    rows: dict[str, str] = {}
+    for requirement in declared:
+        name = re.split(r"[^\w.-]", requirement.strip(), maxsplit=1)[0]
+        marker = re.search(r"extra == ['\"]([\w-]+)['\"]", requirement)
+        extra = marker[1] if marker else ""
+        if extra != "all" and name != "many-lights-lab":
+            rows.setdefault(name, extra)
+    return list(rows.items())

@@ -1,0 +1,115 @@
+"""The CPU engine: the seven stages over the C++ core."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lab import _core
+from lab.errors import LabError
+from lab.params import Params
+from lab.records import FilteredShadows, GBuffer, Hierarchy, Image, Lighting, Lights, Members, ShadowSamples
+from lab.scene.scene import Camera, Mesh, Scene
+
+
+class CpuEngine:
+    """Renders one scene on the CPU. Building it builds the ray tracer's tree; the stages keep no state."""
+
+    def __init__(self, scene: Scene) -> None:
+        self.scene = scene
+        self._core_scene = _core_scene(scene)
+        self.scene_radius = float(self._core_scene.radius)
+
+    def trace_vpls(self, params: Params) -> Lights:
+        """VPLs by paths from the scene's lights; a scene with a light list is lit by that list instead."""
+        if self.scene.light_list is not None:
+            return self.scene.light_list
+        try:
+            found = _core.trace_vpls(self._core_scene, params.to_core())
+        except _core.UnlitScene as error:
+            raise LabError(
+                f"{self.scene.name}: {error}. Turn a light toward the scene (--sun x,y,z), or give it another"
+            ) from None
+        return Lights(**found)
+
+    def build_hierarchy(self, lights: Lights, params: Params) -> Hierarchy:
+        """LY19 3.1; see :func:`build_hierarchy`."""
+        return build_hierarchy(lights, params)
+
+    def render_gbuffer(self, camera: Camera, size: tuple[int, int]) -> GBuffer:
+        """One ray through each pixel's centre."""
+        return GBuffer(**_core.render_gbuffer(self._core_scene, camera, *size))
+
+    def light(self, hierarchy: Hierarchy, gbuffer: GBuffer, params: Params) -> Lighting:
+        """LY19 3.2, 3.3: tiles of pixels, each with its own culled lists."""
+        return Lighting(**_core.light(hierarchy, gbuffer, params.to_core(), self.scene_radius))
+
+    def trace_shadow_rays(
+        self, hierarchy: Hierarchy, gbuffer: GBuffer, lighting: Lighting, params: Params
+    ) -> ShadowSamples:
+        """LY19 3.3: one ray to each sample's stored point, and the direct light."""
+        return ShadowSamples(
+            **_core.trace_shadow_rays(self._core_scene, hierarchy, gbuffer, lighting, params.to_core())
+        )
+
+    def filter_shadows(self, gbuffer: GBuffer, shadows: ShadowSamples, params: Params) -> FilteredShadows:
+        """The fused C++ kernel, or kornia."""
+        if params.filter_backend == "kornia":
+            from lab import filters
+
+            return filters.filter_shadows(gbuffer, shadows, params, self.scene_radius)
+        return FilteredShadows(
+            *_core.filter_shadows(
+                gbuffer, shadows.shadowed, shadows.weight, shadows.area, params.to_core(), self.scene_radius
+            )
+        )
+
+    def composite(
+        self, gbuffer: GBuffer, lighting: Lighting, shadows: ShadowSamples, filtered: FilteredShadows, params: Params
+    ) -> Image:
+        """Interleaved tiles recombined, shadows applied, direct light added."""
+        background = self.scene.background
+        return Image(**_core.composite(gbuffer, lighting, shadows, filtered, background, params.to_core()))
+
+
+def build_hierarchy(lights: Lights, params: Params | None = None) -> Hierarchy:
+    """The lighting grid hierarchy of any lights (LY19 3.1), ready for anyone's own renderer.
+
+    The member lists that shadow points are drawn from are built where `params` will draw from them.
+    """
+    params = params or Params()
+    with_members = params.shadow_samples > 0 and params.shadow_points == "members"
+    found = _core.build_hierarchy(lights, params.to_core(), with_members)
+    lists = [found.pop(name) for name in ("member_offset", "member_light", "member_cumulative")]
+    return Hierarchy(**found, members=Members(*lists) if with_members else None)
+
+
+def _core_scene(scene: Scene) -> _core.Scene:
+    """All meshes as one soup of triangles; a mesh without an attribute gets its neutral value."""
+    meshes = scene.meshes
+    counts = [len(mesh.position) for mesh in meshes]
+    first = np.concatenate([[0], np.cumsum(counts)[:-1]]).astype(np.uint32)
+
+    def joined(value: Callable[[Mesh], NDArray[np.float32] | None], neutral: float, columns: int) -> NDArray[np.float32]:
+        parts = [value(mesh) for mesh in meshes]
+        filled = [
+            np.full((n, columns), neutral, np.float32) if part is None else part
+            for part, n in zip(parts, counts, strict=True)
+        ]
+        return np.ascontiguousarray(np.concatenate(filled), np.float32)
+
+    return _core.Scene(
+        position=joined(lambda mesh: mesh.position, 0, 3),
+        normal=joined(lambda mesh: mesh.normal, 0, 3),
+        uv=joined(lambda mesh: mesh.uv, 0, 2),
+        colour=joined(lambda mesh: mesh.colour, 1, 3),
+        triangle=np.concatenate([mesh.index + start for mesh, start in zip(meshes, first, strict=True)]).astype(
+            np.uint32
+        ),
+        material_of=np.repeat(
+            np.array([mesh.material for mesh in meshes], np.uint32), [len(mesh.index) for mesh in meshes]
+        ),
+        scene=scene,
+    )

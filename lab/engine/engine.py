@@ -1,0 +1,61 @@
+"""What an engine is: the seven stages of a frame, one method each."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from lab.errors import LabError, nearest
+from lab.params import Params
+from lab.records import FilteredShadows, GBuffer, Hierarchy, Image, Lighting, Lights, ShadowSamples
+from lab.scene.scene import Camera, Scene
+
+STAGES = (
+    "trace_vpls",
+    "build_hierarchy",
+    "render_gbuffer",
+    "light",
+    "trace_shadow_rays",
+    "filter_shadows",
+    "composite",
+)
+"""A stage has this one name everywhere: method, C++ file, test file, row of the timing table."""
+
+
+class Engine(Protocol):
+    """Runs the stages of one scene. Stages keep no state: what they need comes in, what they make goes out."""
+
+    scene: Scene
+
+    def trace_vpls(self, params: Params) -> Lights:
+        """The input lights: VPLs traced from the scene's lights, or the scene's own light list."""
+
+    def build_hierarchy(self, lights: Lights, params: Params) -> Hierarchy:
+        """LY19 3.1: all levels, compacted and merged."""
+
+    def render_gbuffer(self, camera: Camera, size: tuple[int, int]) -> GBuffer:
+        """What `camera` sees; `size` = (width, height)."""
+
+    def light(self, hierarchy: Hierarchy, gbuffer: GBuffer, params: Params) -> Lighting:
+        """LY19 3.2 and 3.3: unshadowed light, and the shadow samples picked on the way."""
+
+    def trace_shadow_rays(
+        self, hierarchy: Hierarchy, gbuffer: GBuffer, lighting: Lighting, params: Params
+    ) -> ShadowSamples:
+        """LY19 3.3: one ray a shadow sample, and the direct light."""
+
+    def filter_shadows(self, gbuffer: GBuffer, shadows: ShadowSamples, params: Params) -> FilteredShadows:
+        """LY19 3.3: edge-stopping filter of the shadow samples."""
+
+    def composite(
+        self, gbuffer: GBuffer, lighting: Lighting, shadows: ShadowSamples, filtered: FilteredShadows, params: Params
+    ) -> Image:
+        """The final image; interleaved tiles are recombined here."""
+
+
+def create_engine(name: str, scene: Scene) -> Engine:
+    """The engine called `name` (``cpu``), ready to render `scene`."""
+    if name == "cpu":
+        from lab.engine.cpu import CpuEngine
+
+        return CpuEngine(scene)
+    raise LabError(f"unknown engine {name!r}: there is cpu{nearest(name, ['cpu'])}")

@@ -1,0 +1,46 @@
+"""One frame, top to bottom: the seven stages in order, each timed. The page to read first."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import ParamSpec, TypeVar
+
+from lab.engine import Engine
+from lab.params import Params
+from lab.records import Frame
+from lab.scene.scene import Camera
+
+P = ParamSpec("P")
+R = TypeVar("R")
+Progress = Callable[[str], None]
+
+
+def render_frame(
+    engine: Engine, camera: Camera, size: tuple[int, int], params: Params, progress: Progress | None = None
+) -> Frame:
+    """Renders the engine's scene from `camera` at `size` = (width, height).
+
+    `progress` is called with a stage's name as it begins. Errors: :class:`lab.errors.LabError` where lights reach
+    no surface.
+    """
+    stages_ms: dict[str, float] = {}
+
+    def timed(stage: Callable[P, R], *args: P.args, **kwargs: P.kwargs) -> R:
+        name = stage.__name__
+        if progress:
+            progress(name)
+        start = time.perf_counter()
+        result = stage(*args, **kwargs)
+        stages_ms[name] = (time.perf_counter() - start) * 1e3
+        return result
+
+    lights = timed(engine.trace_vpls, params)
+    hierarchy = timed(engine.build_hierarchy, lights, params)
+    gbuffer = timed(engine.render_gbuffer, camera, size)
+    lighting = timed(engine.light, hierarchy, gbuffer, params)
+    shadows = timed(engine.trace_shadow_rays, hierarchy, gbuffer, lighting, params)
+    filtered = timed(engine.filter_shadows, gbuffer, shadows, params)
+    image = timed(engine.composite, gbuffer, lighting, shadows, filtered, params)
+
+    return Frame(image, lights, hierarchy, gbuffer, lighting, shadows, filtered, params, camera, stages_ms)

@@ -1,0 +1,267 @@
+"""THE data between the stages of a frame: plain records of numpy arrays.
+
+Shapes: n input lights, m grid lights of all levels merged (level 0 included), L levels, k shadow samples,
+H x W pixels. All arrays are C-contiguous; floats are float32; lengths are in the scene's own unit; colours are linear RGB.
+A *merged index* names a grid light everywhere.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from lab.errors import LabError
+
+Floats = NDArray[np.float32]
+
+
+def as_rows(name: str, values: ArrayLike, columns: int) -> Floats:
+    """`values` as a finite, contiguous float32 (n, columns) array, or a :class:`LabError` naming `name`."""
+    array = np.ascontiguousarray(values, dtype=np.float32)
+    if array.ndim != 2 or array.shape[1] != columns:
+        raise LabError(f"{name}: expected shape (n, {columns}), got {array.shape}")
+    if not np.isfinite(array).all():
+        row = int(np.argmin(np.isfinite(array).all(axis=1)))
+        raise LabError(f"{name}: row {row} is {array[row].tolist()}, every number must be finite (and fit float32)")
+    return array
+
+
+@dataclass(frozen=True)
+class Lights:
+    """The input lights S0: virtual point lights, or a user's own list.
+
+    Attributes:
+        position: (n, 3).
+        flux: (n, 3) power Phi in RGB, >= 0. An isotropic light of intensity I has 4 pi I, a Lambertian one pi I.
+        normal: (n, 3) unit normals of one-sided Lambertian emitters; a zero row, or None for all: isotropic.
+        paths_launched: light paths that were launched to get these lights (0 for a user's list).
+    """
+
+    position: Floats
+    flux: Floats
+    normal: Floats | None = None
+    paths_launched: int = 0
+
+    def __post_init__(self) -> None:
+        position = as_rows("Lights.position", self.position, 3)
+        flux = as_rows("Lights.flux", self.flux, 3)
+        normal = np.zeros_like(position) if self.normal is None else as_rows("Lights.normal", self.normal, 3)
+        if not len(position) == len(flux) == len(normal):
+            raise LabError(f"Lights: {len(position)} positions, {len(flux)} fluxes and {len(normal)} normals must agree")
+        if len(position) == 0:
+            raise LabError("Lights: at least one light is needed, got none")
+        if (flux < 0).any():
+            raise LabError(f"Lights.flux: row {int(np.argmax((flux < 0).any(axis=1)))} is negative")
+        length = np.linalg.norm(normal, axis=1)
+        if ((length > 0) & (np.abs(length - 1) > 1e-3)).any():
+            row = int(np.argmax((length > 0) & (np.abs(length - 1) > 1e-3)))
+            raise LabError(f"Lights.normal: row {row} has length {length[row]:g}, expected 1 (or 0 for an isotropic light)")
+        for name, value in (("position", position), ("flux", flux), ("normal", normal)):
+            object.__setattr__(self, name, value)
+
+    def __len__(self) -> int:
+        return len(self.position)
+
+
+@dataclass(frozen=True)
+class GridLevel:
+    """One level of the hierarchy: views into :class:`Hierarchy`'s merged arrays.
+
+    Attributes:
+        level: 0 = the input lights, 1 = finest grid, up to the top.
+        cell_size: h_l (level 0: h_1 / 2, so that r_0 = r_1 / 2).
+        position: (m, 3) illumination centres.    flux: (m, 3).    normal: (m, 3) = E[n], not renormalised.
+        normal_moment: (m, 6) = E[n n^T] as xx yy zz xy xz yz.    deviation: (m, 3) standard deviation of position.
+        vertex: (m, 3) uint16 grid vertex (level 0: the level-1 cell that holds the light).
+    """
+
+    level: int
+    cell_size: float
+    position: Floats
+    flux: Floats
+    normal: Floats
+    normal_moment: Floats
+    deviation: Floats
+    vertex: NDArray[np.uint16]
+
+    def __len__(self) -> int:
+        return len(self.position)
+
+
+@dataclass(frozen=True)
+class Members:
+    """What each grid light of level >= 1 is made of: weighted lists, drawn from for shadow points.
+
+    Row i (= merged index - number of input lights) holds entries ``offset[i]:offset[i + 1]``. An entry names an S0
+    light, or an S1 light whose own row is then drawn from (gather goes through S1).
+
+    Attributes:
+        offset: (m - n + 1,) int64.    light: uint32 merged indices.
+        cumulative: uint32, the share of the row's weight up to and with this entry, in units of 2^-32
+            (the last entry: 2^32 - 1).
+    """
+
+    offset: NDArray[np.int64]
+    light: NDArray[np.uint32]
+    cumulative: NDArray[np.uint32]
+
+
+@dataclass(frozen=True)
+class Hierarchy:
+    """The lighting grid hierarchy: all levels merged, finest first, grid order (x fastest) inside a level.
+
+    Attributes:
+        origin: (3,) corner shared by all grids.    cell_size: (L,) h_l of levels 0..top.
+        offset: (L + 1,) int64; level l is rows ``offset[l]:offset[l + 1]``.
+        position, flux, normal, normal_moment, deviation, vertex: see :class:`GridLevel`, (m, ...).
+        oriented: (m,) uint8; 0 = made only of lights without a normal: isotropic in every lobe.
+        input_index: (n,) uint32; row of the input list that merged index i < n came from.
+        members: lists for drawing shadow points, or None when nothing asked for them.
+    """
+
+    origin: Floats
+    cell_size: Floats
+    offset: NDArray[np.int64]
+    position: Floats
+    flux: Floats
+    normal: Floats
+    normal_moment: Floats
+    deviation: Floats
+    vertex: NDArray[np.uint16]
+    oriented: NDArray[np.uint8]
+    input_index: NDArray[np.uint32]
+    members: Members | None = None
+
+    @property
+    def top(self) -> int:
+        """The coarsest level, l_max."""
+        return len(self.cell_size) - 1
+
+    @property
+    def levels(self) -> list[GridLevel]:
+        """Levels 0..top as views; ``levels[l].level == l``."""
+        return [self._level(level) for level in range(self.top + 1)]
+
+    def _level(self, level: int) -> GridLevel:
+        rows = slice(int(self.offset[level]), int(self.offset[level + 1]))
+        names = ("position", "flux", "normal", "normal_moment", "deviation", "vertex")
+        return GridLevel(level, float(self.cell_size[level]), *(getattr(self, name)[rows] for name in names))
+
+
+@dataclass(frozen=True)
+class GBuffer:
+    """What the camera sees, one sample at each pixel's centre.
+
+    Attributes:
+        position: (H, W, 3).    normal: (H, W, 3) interpolated, turned toward the viewer.
+        geometric_normal: (H, W, 3) likewise.    albedo: (H, W, 3).    emission: (H, W, 3) radiance toward the viewer.
+        depth: (H, W) distance along the camera's axis; 0 where nothing is hit (and all else is 0 there).
+        pixel_angle: tangent of the angle between neighbouring pixels: depth * pixel_angle is a pixel's footprint.
+    """
+
+    position: Floats
+    normal: Floats
+    geometric_normal: Floats
+    albedo: Floats
+    emission: Floats
+    depth: Floats
+    pixel_angle: float
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height in pixels."""
+        return self.depth.shape[1], self.depth.shape[0]
+
+
+@dataclass(frozen=True)
+class Lighting:
+    """Unshadowed light and the shadow samples picked on the way.
+
+    Attributes:
+        irradiance: (H, W, 3) of each pixel's own lights (its interleaving tile's, counted n^2 times).
+        overdraw: (L, H, W) uint32, lights whose cube of half-edge 2 r_l contains the pixel's point.
+        lights_used: (L, H, W) uint32, lights with a non-zero contribution.
+        light: (H, W, k) int32 merged index of each pick, -1 for none.
+        target_weight: (H, W, k) f of each pick.    weight_sum: (H, W) F, the sum picked from.
+    """
+
+    irradiance: Floats
+    overdraw: NDArray[np.uint32]
+    lights_used: NDArray[np.uint32]
+    light: NDArray[np.int32]
+    target_weight: Floats
+    weight_sum: Floats
+
+
+@dataclass(frozen=True)
+class ShadowSamples:
+    """The traced shadow samples and direct light.
+
+    Attributes:
+        point: (H, W, k, 3) where each shadow ray ends.    member: (H, W, k) int32 merged index of the drawn input
+            light (-1: jittered, or none).
+        omega: (H, W, k) weight of each sample.    visible: (H, W, k) uint8.
+        shadowed: (H, W, c) S, mean of V omega (c = 3 for ``ratio_rgb``, else 1).
+        weight: (H, W, c) what S is relative to: U = mean of omega for the ratios, 1 for ``average`` and ``corrected``;
+            0 where nothing was picked.
+        direct: (H, W, 3) irradiance from sun, point and spot lights.    area: (H, W, 3) from emissive triangles, noisy.
+    """
+
+    point: Floats
+    member: NDArray[np.int32]
+    omega: Floats
+    visible: NDArray[np.uint8]
+    shadowed: Floats
+    weight: Floats
+    direct: Floats
+    area: Floats
+
+
+@dataclass(frozen=True)
+class FilteredShadows:
+    """Filtered S, its weight and the area lights' irradiance (shapes as in :class:`ShadowSamples`)."""
+
+    shadowed: Floats
+    weight: Floats
+    area: Floats
+
+
+@dataclass(frozen=True)
+class Image:
+    """The composited frame. All (H, W, 3) linear RGB but `shadow_ratio`.
+
+    Attributes:
+        colour: direct + indirect. direct: radiance of emission and direct light. unshadowed: irradiance E.
+        indirect: radiance, unshadowed * shadow ratio * albedo / pi.
+        shadow_ratio: (H, W, c), c = 3 for ``ratio_rgb``, else 1.
+    """
+
+    colour: Floats
+    direct: Floats
+    unshadowed: Floats
+    indirect: Floats
+    shadow_ratio: Floats
+
+
+@dataclass(frozen=True)
+class Frame:
+    """One rendered frame: the image, every intermediate record, and the time each stage took."""
+
+    image: Image
+    lights: Lights
+    hierarchy: Hierarchy
+    gbuffer: GBuffer
+    lighting: Lighting
+    shadows: ShadowSamples
+    filtered: FilteredShadows
+    params: Any
+    camera: Any
+    stages_ms: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def total_ms(self) -> float:
+        """Sum of the seven stages, without loading."""
+        return sum(self.stages_ms.values())

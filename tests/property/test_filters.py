@@ -1,0 +1,115 @@
+"""What every filter keeps, for any input: the range of the shadow ratio, finite numbers, symmetry."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from lab import _core, filters
+from lab.params import Params
+from lab.records import GBuffer, ShadowSamples
+
+SIGMAS = st.one_of(st.just("none"), st.floats(0.01, 10.0), st.sampled_from([1e-30, 1e30]))
+
+
+def numbers(low, high):
+    return st.floats(low, high, width=32, allow_subnormal=False)
+
+
+def image(height, width, channels, low, high):
+    return arrays(np.float32, (height, width, channels), elements=numbers(np.float32(low), np.float32(high)))
+
+
+@st.composite
+def parameters(draw):
+    sigmas = {f"sigma_{name}": draw(SIGMAS) for name in ("shadow", "normal", "position", "plane")}
+    return Params(filter=draw(st.sampled_from(["atrous", "atrous_plane", "bilateral"])), **sigmas)
+
+
+@st.composite
+def frames(draw, extent=1e30, brightest=1e30):
+    """A G-buffer with positions and normals of any size, and any signals of 1 or 3 channels."""
+    height, width = draw(st.integers(1, 9)), draw(st.integers(1, 12))
+    channels = draw(st.sampled_from([1, 3]))
+    position = draw(image(height, width, 3, -extent, extent))
+    normal = draw(image(height, width, 3, -extent, extent))
+    depth = draw(image(height, width, 1, 0, extent))[..., 0]
+    signals = [draw(image(height, width, count, 0, brightest)) for count in (channels, channels, 3)]
+    angle = draw(st.sampled_from([1e-3, 1e-20, 10.0]))
+    return GBuffer(position, normal, normal, normal, normal, depth, angle), signals
+
+
+def fused(gbuffer, signals, params, scene_radius=1.0):
+    return _core.filter_shadows(gbuffer, *signals, params.to_core(), scene_radius)
+
+
+def kornia(gbuffer, signals, params, scene_radius=1.0):
+    shadowed, weight, area = signals
+    nothing = np.zeros(0)
+    samples = ShadowSamples(nothing, nothing, nothing, nothing, shadowed, weight, nothing, area)
+    result = filters.filter_shadows(gbuffer, samples, params, scene_radius)
+    return result.shadowed, result.weight, result.area
+
+
+@given(frames(), parameters(), st.sampled_from([1e-30, 1.0, 1e30]))
+@settings(max_examples=150, deadline=None)
+def test_finite_input_gives_finite_output(frame, params, scene_radius):
+    for signal in fused(*frame, params, scene_radius):
+        assert np.isfinite(signal).all() and (signal >= 0).all()
+
+
+@given(frames(), parameters(), st.sampled_from([1e-30, 1.0, 1e30]))
+@settings(max_examples=40, deadline=None)
+def test_finite_input_gives_finite_output_on_kornia(frame, params, scene_radius):
+    pytest.importorskip("kornia")
+    for signal in kornia(*frame, params, scene_radius):
+        assert np.isfinite(signal).all() and (signal >= 0).all()
+
+
+@given(frames(extent=2.0, brightest=4.0), parameters(), st.integers(0, 2**32 - 1))
+@settings(max_examples=100, deadline=None)
+def test_ratio_stays_inside_its_range(frame, params, seed):
+    gbuffer, (weight, _, area) = frame
+    weight = np.where(weight > 1e-3, weight, np.float32(0))
+    ratio = np.random.default_rng(seed).random(weight.shape, dtype=np.float32)
+    shadowed, filtered, _ = fused(gbuffer, (ratio * weight, weight, area), params)
+    for channel in range(weight.shape[2]):
+        some = weight[..., channel] > 0
+        if not some.any():
+            assert not shadowed[..., channel].any()
+            continue
+        low, high = ratio[some, channel].min(), ratio[some, channel].max()
+        slack = 1e-5 * filtered[..., channel]
+        assert (shadowed[..., channel] <= high * filtered[..., channel] + slack).all()
+        assert (shadowed[..., channel] >= low * filtered[..., channel] - slack).all()
+        assert (filtered[some, channel] > 0).all()
+
+
+@given(frames(extent=2.0, brightest=4.0), parameters())
+@settings(max_examples=60, deadline=None)
+def test_signals_stay_inside_their_range(frame, params):
+    gbuffer, signals = frame
+    for before, after in zip(signals[:2], fused(gbuffer, signals, params)[:2], strict=True):
+        slack = 1e-5 * before.max()
+        assert (after <= before.max() + slack).all() and (after >= before.min() - slack).all()
+
+
+@given(frames(extent=2.0, brightest=4.0), parameters(), st.sampled_from(["columns", "rows", "transposed"]))
+@settings(max_examples=60, deadline=None)
+def test_a_mirrored_picture_gives_the_mirrored_result(frame, params, how):
+    gbuffer, signals = frame
+
+    def mirrored(array):
+        if how == "transposed":
+            return np.ascontiguousarray(np.swapaxes(array, 0, 1))
+        return np.ascontiguousarray(np.flip(array, 1 if how == "columns" else 0))
+
+    pixels = (mirrored(getattr(gbuffer, name)) for name in ("position", "normal", "depth"))
+    position, normal, depth = pixels
+    flipped = GBuffer(position, normal, normal, normal, normal, depth, gbuffer.pixel_angle)
+    expected = fused(gbuffer, signals, params)
+    for result, signal in zip(fused(flipped, [mirrored(s) for s in signals], params), expected, strict=True):
+        np.testing.assert_allclose(result, mirrored(signal), rtol=0, atol=2e-4)
