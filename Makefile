@@ -7,8 +7,8 @@ BIN := .venv/bin
 help: ## list the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
 
-setup: ## install what a render needs; leaves .venv/bin/lab
-	@bash .house/setup.sh
+setup: ## install what a render needs; leaves .venv/bin/lab (EXTRA=kornia|gui|test|all: that extra too)
+	@bash .house/setup.sh $(EXTRA)
 
 render: setup ## render the default scene to out/atrium.png, .exr and .json
 	$(BIN)/lab render scenes/atrium/scene.toml -o out/atrium

@@ -2,7 +2,7 @@
 # Everything a fresh machine needs, installed only where it is missing: system packages, .venv, the package itself.
 #
 #   .house/setup.sh          what a render needs
-#   .house/setup.sh all      with every extra (torch, kornia, pyvista, test tools)
+#   .house/setup.sh EXTRA    with an extra of pyproject.toml: kornia, gui, test, or all of them: all
 #
 # Python files are used from the tree, so only pyproject.toml and core_cpp/ can make a set-up stale.
 set -euo pipefail
@@ -24,8 +24,9 @@ fingerprint=$({
 } | sha256sum | cut -d' ' -f1)
 # The path is part of it: a moved tree needs its virtual environment made anew.
 fingerprint="$fingerprint $PWD"
+# One stamp for each extra that is installed; .setup-base stands for the package itself.
 ready() { [ -x "$venv/bin/lab" ] && [ "$(cat "$venv/.setup-$1" 2>/dev/null)" = "$fingerprint" ]; }
-if ready all || { [ "$extras" != all ] && ready base; }; then
+if ready all || ready "${extras:-base}"; then
     exit 0
 fi
 
@@ -65,8 +66,8 @@ if command -v dpkg-query >/dev/null && command -v apt-get >/dev/null; then
             root=(sudo)
         fi
         say "installing system packages: ${missing[*]}"
-        "${root[@]}" apt-get update -qq
-        "${root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "${missing[@]}" </dev/null
+        "${root[@]}" apt-get update -qq >/dev/null
+        "${root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq -o Dpkg::Use-Pty=0 --no-install-recommends "${missing[@]}" </dev/null >/dev/null
     fi
 else
     headers=$(find /usr/include /usr/local/include /opt/homebrew/include -maxdepth 2 \
@@ -108,11 +109,12 @@ install() {
 mapfile -t build < <("$venv/bin/python" -c 'import tomllib
 for need in tomllib.load(open("pyproject.toml", "rb"))["build-system"]["requires"]: print(need)')
 say "installing the package${extras:+ with extra $extras} and building the core"
-rm -f "$venv"/.setup-*
 # The core is built with tools of the same environment and keeps its build folder: after an edit only what changed
 # is compiled again.
 install -q "${build[@]}"
 install --no-build-isolation -e ".${extras:+[$extras]}"
 "$venv/bin/lab" --version
-printf '%s' "$fingerprint" >"$venv/.setup-${extras:-base}"
+for stamp in base ${extras:+"$extras"}; do
+    printf '%s' "$fingerprint" >"$venv/.setup-$stamp"
+done
 say "ready: $venv/bin/lab"

@@ -59,9 +59,10 @@ class _Parser(argparse.ArgumentParser):
 
 class _Version(argparse.Action):
     def __call__(self, parser: argparse.ArgumentParser, *_: object) -> NoReturn:
-        from lab.report import version
+        from lab import __version__
 
-        parser.exit(0, f"lab {version()}\n")
+        sys.stdout.write(f"lab {__version__}\n")
+        parser.exit(0)
 
 
 def build_parser() -> argparse.ArgumentParser:

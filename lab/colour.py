@@ -17,14 +17,18 @@ KNEE = 0.5
 def luminance(rgb: ArrayLike) -> Array:
     """(..., 3) linear RGB to (...) luminance; (..., 1) is taken as grey."""
     values: Array = np.asarray(rgb)
-    grey: Array = values[..., 0] if values.shape[-1] == 1 else values @ np.asarray(LUMINANCE, dtype=values.dtype)
+    weights = [1.0] if values.shape[-1] == 1 else LUMINANCE
+    grey: Array = values @ np.asarray(weights, dtype=values.dtype)
     return grey
 
 
 def srgb_encode(linear: ArrayLike) -> Array:
     """Linear [0, 1] to sRGB-encoded [0, 1], any shape (IEC 61966-2-1)."""
     values = np.clip(np.asarray(linear), 0, 1)
-    return np.where(values <= 0.0031308, 12.92 * values, 1.055 * np.maximum(values, 1e-8) ** (1 / 2.4) - 0.055)
+    encoded: Array = np.where(
+        values <= 0.0031308, 12.92 * values, 1.055 * np.maximum(values, 1e-8) ** (1 / 2.4) - 0.055
+    )
+    return encoded
 
 
 def tone_map(colour: ArrayLike, exposure: float = 1.0) -> Array:

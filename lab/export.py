@@ -48,7 +48,7 @@ def export_format(path: Path) -> str:
         if find_spec("pyvista") is None:
             raise LabError(
                 f"-o {path}: .vtm needs pyvista, which is not installed; "
-                "install the extra: pip install 'many-lights-lab[gui]' (or write .npz or .ply)"
+                "install it with: make setup EXTRA=gui (or write .npz or .ply)"
             )
     return ending
 

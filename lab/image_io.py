@@ -87,7 +87,7 @@ def read_exr(path: str | Path) -> Channels:
 
 
 def read_exr_attributes(path: str | Path) -> dict[str, str]:
-    """The text attributes in an EXR file's header, ours among them (``params``, ``seed``, ``version`` ...)."""
+    """The text attributes in an EXR file's header, ours among them (``params``, ``seed``, ``lab_version`` ...)."""
     return {name: value for name, value in _open_exr(path)[0].items() if isinstance(value, str)}
 
 

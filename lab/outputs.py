@@ -18,11 +18,19 @@ def base_path(text: str) -> Path:
     Only the three endings that are added again are cut, so that ``night.v2`` stays what it is.
     """
     path = Path(text)
-    if not text or text.endswith(("/", os.sep)) or path.is_dir() or not path.name:
+    if not text or text.endswith(("/", os.sep)) or is_folder(path) or not path.name:
         raise LabError(f"-o {text}: is a folder; give a base name in it, for example -o {path / 'picture'}")
     if path.suffix.lower() in {".png", ".exr", ".json"}:
         path = path.with_suffix("")
     return path
+
+
+def is_folder(path: Path) -> bool:
+    """Whether `path` is a folder; a name that no file can have is none."""
+    try:
+        return path.is_dir()
+    except OSError:
+        return False
 
 
 def beside(path: Path, ending: str) -> Path:

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lab import __version__
 from lab.engine.engine import STAGES
 from lab.errors import LabError
 from lab.params import Params
@@ -47,7 +48,7 @@ def run_record(frame: Frame, scene: Scene, run: RunInfo, base: Path) -> Record:
         "engine": run.engine,
         "scene": _scene_record(scene, frame.camera, frame.gbuffer.size, run.overrides, base),
         "machine": machine() | {"threads": threads()},
-        "version": version(),
+        "version": __version__,
         "stages_ms": {stage: round(frame.stages_ms[stage], 3) for stage in STAGES},
         "total_ms": round(frame.total_ms, 3),
         "load_ms": round(run.load_ms, 3),
@@ -132,25 +133,13 @@ def image_metadata(scene: Scene, params: Params, camera: Camera) -> dict[str, st
 def export_metadata(scene: Scene, params: Params) -> dict[str, str]:
     """What every exported hierarchy carries inside."""
     return {
-        "software": "many-lights-lab",
-        "version": version(),
+        # Not "version": OpenEXR keeps that name to itself.
+        "lab_version": __version__,
         "scene": scene.name,
         "params": json.dumps(params.to_dict()),
         "seed": str(params.seed),
         "machine": json.dumps(machine()),
     }
-
-
-@cache
-def version() -> str:
-    """The version of this package."""
-    from importlib.metadata import PackageNotFoundError
-    from importlib.metadata import version as installed_version
-
-    try:
-        return installed_version("many-lights-lab")
-    except PackageNotFoundError:
-        return "not installed"
 
 
 @cache

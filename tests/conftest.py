@@ -53,3 +53,12 @@ def write_quads(folder: Path, **changes: str) -> Path:
 def quads(tmp_path: Path) -> Path:
     """The tiny scene of :func:`write_quads`, in a folder of its own."""
     return write_quads(tmp_path / "quads")
+
+
+@pytest.fixture
+def empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty folder that the test works in."""
+    folder = tmp_path / "here"
+    folder.mkdir()
+    monkeypatch.chdir(folder)
+    return folder

@@ -16,7 +16,7 @@ void Planes::reflect_sides(int step, int radius) {
     for (int x = -reach; x < 0; ++x) add(x);
     for (int x = width_; x < width_ + reach; ++x) add(x);
 
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(static) if (worth_threads())
     for (int line = 0; line < count_ * height_; ++line) {
         float* pixel = row(line / height_, line % height_);
         for (const Copy& copy : copies) pixel[copy.to] = pixel[copy.from];

@@ -1,7 +1,7 @@
 // LY19 3.3: a few shadow rays a pixel are noisy; an edge-stopping filter takes the mean over like neighbours.
-// Numerator (S) and denominator (D) of the shadow ratio are filtered with the same weights and divided afterwards.
-// The area lights' irradiance is treated alike, as A over a denominator that is 1 on surfaces and 0 on background,
-// so that the background does not darken silhouettes.
+// Numerator (S) and denominator (D) of the shadow ratio are filtered with the same weights and divided
+// afterwards. The area lights' irradiance is treated alike, as A over a denominator that is 1 on surfaces and
+// 0 on background, so that the background does not darken silhouettes.
 #include "lab/filter_shadows.h"
 
 #include <algorithm>
@@ -15,7 +15,7 @@ namespace lab {
 
 namespace {
 
-constexpr int max_channels = 6;  // S and D in RGB
+constexpr int max_channels = 6;       // S and D in RGB
 constexpr float value_limit = 1e30f;  // a ratio beyond it (S over a vanishing D) counts as this
 constexpr vec3 luminance_weights{0.2126f, 0.7152f, 0.0722f};
 
@@ -30,7 +30,8 @@ struct Kernel {
 Kernel gaussian(int radius, double sigma, std::vector<int> steps) {
     std::vector<double> weight;
     double sum = 0;
-    for (int i = -radius; i <= radius; ++i) sum += weight.emplace_back(std::exp(-0.5 * i * i / (sigma * sigma)));
+    for (int i = -radius; i <= radius; ++i)
+        sum += weight.emplace_back(std::exp(-0.5 * i * i / (sigma * sigma)));
     Kernel kernel{{}, std::move(steps)};
     for (const double w : weight) kernel.weight.push_back(static_cast<float>(w / sum));
     return kernel;
@@ -54,7 +55,8 @@ float guide(double value) {
 // Positions relative to the first surface point: a scene far from the origin keeps its precision.
 glm::dvec3 centre_of(const GBufferView& gbuffer) {
     const auto hit = std::find_if(gbuffer.depth.begin(), gbuffer.depth.end(), [](float d) { return d > 0; });
-    return hit == gbuffer.depth.end() ? glm::dvec3(0) : glm::dvec3(gbuffer.position[hit - gbuffer.depth.begin()]);
+    return hit == gbuffer.depth.end() ? glm::dvec3(0)
+                                      : glm::dvec3(gbuffer.position[hit - gbuffer.depth.begin()]);
 }
 
 // The guides that stay the same in every pass; see JointGuide and PlaneGuide.
@@ -64,7 +66,7 @@ Planes geometry_of(const GBufferView& gbuffer, const Params& params, double scen
     const auto centre = centre_of(gbuffer);
     const double per_normal = per_sigma(params.sigma_normal);
     const double per_position = per_sigma(params.sigma_position, scene_radius);
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(static) if (planes.worth_threads())
     for (int y = 0; y < gbuffer.height; ++y) {
         for (int x = 0; x < gbuffer.width; ++x) {
             const auto pixel = static_cast<std::size_t>(y) * gbuffer.width + x;
@@ -107,7 +109,7 @@ float guide_value(const Signal& signal, int y, int x) {
 }
 
 void guide_by_value(const Signal& signal, double per_value, Planes& value) {
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(static) if (value.worth_threads())
     for (int y = 0; y < value.height(); ++y)
         for (int x = 0; x < value.width(); ++x)
             value.row(0, y)[x] = guide(std::min(guide_value(signal, y, x), value_limit) * per_value);
@@ -128,8 +130,9 @@ void filter_row(const Planes& in, const Guide& guide, const Kernel& kernel, int 
             for (int dx = -radius; dx <= radius; ++dx) {
                 if (dx == 0 && dy == 0) continue;
                 const int shift = dx * step;
-                guide.weigh({x, count, y, row, shift, kernel.weight[dy + radius] * kernel.weight[dx + radius]},
-                            weight);
+                guide.weigh(
+                    {x, count, y, row, shift, kernel.weight[dy + radius] * kernel.weight[dx + radius]},
+                    weight);
 #pragma omp simd
                 for (int i = 0; i < count; ++i) sum[i] += weight[i];
                 for (int c = 0; c < in.count(); ++c) {
@@ -158,12 +161,13 @@ void run(Signal& signal, Planes& geometry, const Params& params) {
     Planes out = signal.planes;
     for (const int step : kernel.steps) {
         guide_by_value(signal, per_value, value);
-        for (Planes* planes : {&signal.planes, &value, &geometry}) planes->reflect_sides(step, kernel.radius());
-#pragma omp parallel for schedule(dynamic, 8)
+        for (Planes* planes : {&signal.planes, &value, &geometry})
+            planes->reflect_sides(step, kernel.radius());
+#pragma omp parallel for schedule(dynamic, 8) if (out.worth_threads())
         for (int y = 0; y < out.height(); ++y) {
             if (params.filter == Filter::atrous_plane)
-                filter_row(signal.planes, PlaneGuide{value, geometry, 1.0f / step, per_normal * per_normal}, kernel,
-                           step, y, out);
+                filter_row(signal.planes, PlaneGuide{value, geometry, 1.0f / step, per_normal * per_normal},
+                           kernel, step, y, out);
             else
                 filter_row(signal.planes, JointGuide{value, geometry}, kernel, step, y, out);
         }
@@ -172,7 +176,7 @@ void run(Signal& signal, Planes& geometry, const Params& params) {
 }
 
 void deal(std::span<const float> pixels, int channels, int first, Planes& planes) {
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(static) if (planes.worth_threads())
     for (int y = 0; y < planes.height(); ++y)
         for (int c = 0; c < channels; ++c)
             for (int x = 0; x < planes.width(); ++x)
@@ -180,7 +184,7 @@ void deal(std::span<const float> pixels, int channels, int first, Planes& planes
 }
 
 void collect(const Planes& planes, int first, int channels, std::vector<float>& pixels) {
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(static) if (planes.worth_threads())
     for (int y = 0; y < planes.height(); ++y)
         for (int c = 0; c < channels; ++c)
             for (int x = 0; x < planes.width(); ++x)
@@ -199,7 +203,8 @@ double mean_luminance(const GBufferView& gbuffer, std::span<const vec3> area) {
     return surfaces ? sum / static_cast<double>(surfaces) : 0.0;
 }
 
-void filter_area(const GBufferView& gbuffer, const Params& params, Planes& geometry, std::vector<vec3>& area) {
+void filter_area(const GBufferView& gbuffer, const Params& params, Planes& geometry,
+                 std::vector<vec3>& area) {
     Signal signal{Planes(gbuffer.width, gbuffer.height, 4), 3, mean_luminance(gbuffer, area)};
     if (!(signal.mean_area > 0)) return;
     for (int y = 0; y < gbuffer.height; ++y) {
@@ -215,9 +220,8 @@ void filter_area(const GBufferView& gbuffer, const Params& params, Planes& geome
         for (int x = 0; x < gbuffer.width; ++x) {
             const auto pixel = static_cast<std::size_t>(y) * gbuffer.width + x;
             for (int c = 0; c < 3; ++c)
-                area[pixel][c] = gbuffer.depth[pixel] > 0
-                                     ? signal.planes.row(c, y)[x] / signal.planes.row(3, y)[x]
-                                     : 0.0f;
+                area[pixel][c] =
+                    gbuffer.depth[pixel] > 0 ? signal.planes.row(c, y)[x] / signal.planes.row(3, y)[x] : 0.0f;
         }
     }
 }

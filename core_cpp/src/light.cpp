@@ -40,7 +40,7 @@ void light_level(LightTile& tile, const LightRows& rows, const HierarchyView& h,
         if (!tile.count_overdraw(h.position[i], outer, top)) return;
         const LightTerm term = light_term(h, i, level, settings, scale);
         const bool flat = input && h.oriented[i] != 0 && settings.lobe != Lobe::mean_energy;
-        if (tile.may_be_lit(term, flat, top ? std::numeric_limits<float>::max() / 4 : outer)) tile.add(term, i);
+        tile.add(term, i, top ? std::numeric_limits<float>::max() / 4 : outer, flat);
     };
     if (top)
         std::for_each(rows.lights().begin(), rows.lights().end(), visit);

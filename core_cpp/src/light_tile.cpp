@@ -6,8 +6,48 @@
 #include "lab/luminance.h"
 #include "lab/random.h"
 #include "lab/reservoir.h"
+#include "lab/select.h"
 
 namespace lab {
+namespace {
+
+const Box empty_box{vec3(std::numeric_limits<float>::max()), vec3(std::numeric_limits<float>::lowest())};
+
+void extend(Box& box, const vec3& p) { box = {glm::min(box.low, p), glm::max(box.high, p)}; }
+
+// Bits of x spread three apart, for a Morton code of 8 bits an axis.
+std::uint32_t spread(std::uint32_t x) {
+    x = (x | (x << 8)) & 0x0000f00fu;
+    x = (x | (x << 4)) & 0x000c30c3u;
+    return (x | (x << 2)) & 0x00249249u;
+}
+
+// Sorts a tile's pixels along a Morton curve through its box: runs of them stay compact in space even where the
+// picture jumps in depth. Ties keep their order.
+void sort_in_space(const GBufferView& g, const Box& box, std::vector<std::uint32_t>& pixel) {
+    const vec3 extent = box.high - box.low;
+    const float longest = std::max(extent.x, std::max(extent.y, extent.z));
+    const float scale = longest > 0 ? 255.0f / longest : 0.0f;
+    std::uint64_t keyed[tile_pixels];
+    for (std::size_t i = 0; i < pixel.size(); ++i) {
+        const glm::uvec3 at((g.position[pixel[i]] - box.low) * scale);
+        const std::uint64_t code = spread(at.x) | spread(at.y) << 1 | spread(at.z) << 2;
+        keyed[i] = code << 32 | pixel[i];
+    }
+    std::sort(keyed, keyed + pixel.size());
+    for (std::size_t i = 0; i < pixel.size(); ++i) pixel[i] = static_cast<std::uint32_t>(keyed[i]);
+}
+
+}  // namespace
+
+void GroupBounds::set(int group, const Box& points, const Box& normals) {
+    for (int a = 0; a < 3; ++a) {
+        low[a][group] = points.low[a];
+        high[a][group] = points.high[a];
+        normal_low[a][group] = normals.low[a];
+        normal_high[a][group] = normals.high[a];
+    }
+}
 
 LightTile::LightTile(const LightSettings& light, const PickSettings& picks) : light_(light), picks_(picks) {
     const std::size_t slots = static_cast<std::size_t>(picks.samples) * tile_pixels;
@@ -16,39 +56,47 @@ LightTile::LightTile(const LightSettings& light, const PickSettings& picks) : li
     pick_.resize(slots);
 }
 
-void LightTile::load(const GBufferView& gbuffer, const std::vector<std::uint32_t>& pixel) {
+void LightTile::load(const GBufferView& gbuffer, std::vector<std::uint32_t>& pixel) {
     count_ = static_cast<int>(pixel.size());
-    if (count_ == 0) return;
-    padded_ = std::min(tile_pixels, (count_ + 15) / 16 * 16);  // lanes past the last pixel repeat it, unread
-    box_ = normals_ = {vec3(std::numeric_limits<float>::max()), vec3(std::numeric_limits<float>::lowest())};
-    for (int i = 0; i < padded_; ++i) {
-        const std::uint32_t p = pixel[std::min(i, count_ - 1)];
-        const vec3 position = gbuffer.position[p], normal = gbuffer.normal[p];
-        px_[i] = position.x;
-        py_[i] = position.y;
-        pz_[i] = position.z;
-        nx_[i] = normal.x;
-        ny_[i] = normal.y;
-        nz_[i] = normal.z;
-        pixel_[i] = p;
-        box_ = {glm::min(box_.low, position), glm::max(box_.high, position)};
-        normals_ = {glm::min(normals_.low, normal), glm::max(normals_.high, normal)};
-        red_[i] = green_[i] = blue_[i] = sum_[i] = earlier_sum_[i] = 0.0f;
-        used_[i] = overdraw_[i] = 0;
+    groups_ = (count_ + group_lanes - 1) / group_lanes;
+    box_ = empty_box;
+    for (const std::uint32_t p : pixel) extend(box_, gbuffer.position[p]);
+    sort_in_space(gbuffer, box_, pixel);
+    for (int group = 0; group < groups_; ++group) {
+        Box points = empty_box, normals = empty_box;
+        for (int i = group * group_lanes; i < (group + 1) * group_lanes; ++i) {
+            const std::uint32_t p = pixel[std::min(i, count_ - 1)];  // lanes past the last repeat it, unread
+            const vec3 position = gbuffer.position[p], normal = gbuffer.normal[p];
+            extend(points, position);
+            extend(normals, normal);
+            px_[i] = position.x;
+            py_[i] = position.y;
+            pz_[i] = position.z;
+            nx_[i] = normal.x;
+            ny_[i] = normal.y;
+            nz_[i] = normal.z;
+            pixel_[i] = p;
+            red_[i] = green_[i] = blue_[i] = sum_[i] = earlier_sum_[i] = 0.0f;
+            used_[i] = overdraw_[i] = 0;
+            for (int s = 0; s < picks_.samples; ++s) {
+                const int slot = s * tile_pixels + i;
+                pick_[slot] = -1;
+                pick_weight_[slot] = 0.0f;
+                state_[slot] = picks_.picker == Picker::race
+                                   ? std::numeric_limits<float>::infinity()
+                                   : to_unit(random4(p, static_cast<std::uint32_t>(s), Stream::pick, picks_.key).x);
+            }
+        }
+        bounds_.set(group, points, normals);
+        covers_group_[group] = 0;
     }
-    covers_all_ = 0;
-    std::fill(pick_.begin(), pick_.end(), -1);
-    std::fill(pick_weight_.begin(), pick_weight_.end(), 0.0f);
-    for (int s = 0; s < picks_.samples; ++s)
-        for (int i = 0; i < padded_; ++i)
-            state_[s * tile_pixels + i] =
-                picks_.picker == Picker::race
-                    ? std::numeric_limits<float>::infinity()
-                    : to_unit(random4(pixel_[i], static_cast<std::uint32_t>(s), Stream::pick, picks_.key).x);
+    for (int group = groups_; group < tile_groups; ++group)  // never seen: a box at infinity
+        bounds_.set(group, {vec3(1e30f), vec3(1e30f)}, {vec3(0.0f), vec3(0.0f)});
 }
 
 void LightTile::restart_picks() {
-    for (int i = 0; i < padded_; ++i) {
+    const int lanes = groups_ * group_lanes;
+    for (int i = 0; i < lanes; ++i) {
         earlier_sum_[i] = sum_[i];
         sum_[i] = 0.0f;  // the next light that contributes replaces any pick
     }
@@ -57,124 +105,174 @@ void LightTile::restart_picks() {
 }
 
 bool LightTile::count_overdraw(const vec3& position, float half_edge, bool everywhere) {
-    const vec3 farthest = glm::max(glm::abs(box_.low - position), glm::abs(box_.high - position));
-    if (everywhere || (farthest.x <= half_edge && farthest.y <= half_edge && farthest.z <= half_edge)) {
-        ++covers_all_;
-        return true;
-    }
     const vec3 gap = glm::max(box_.low - position, position - box_.high);
-    if (gap.x > half_edge || gap.y > half_edge || gap.z > half_edge) return false;
-    const float x = position.x, y = position.y, z = position.z;
+    if (!everywhere && (gap.x > half_edge || gap.y > half_edge || gap.z > half_edge)) return false;
+    float nearest[tile_groups] = {}, farthest[tile_groups] = {};  // by the largest axis: cubes
+    for (int a = 0; a < 3; ++a) {
+        const float at = position[a];
 #pragma omp simd
-    for (int i = 0; i < padded_; ++i)
-        overdraw_[i] += std::abs(px_[i] - x) <= half_edge && std::abs(py_[i] - y) <= half_edge &&
-                        std::abs(pz_[i] - z) <= half_edge;
-    return true;
+        for (int group = 0; group < tile_groups; ++group) {
+            const float below = bounds_.low[a][group] - at, above = at - bounds_.high[a][group];
+            nearest[group] = larger(nearest[group], larger(below, above));
+            farthest[group] = larger(farthest[group], larger(-below, -above));
+        }
+    }
+    const float x = position.x, y = position.y, z = position.z;
+    bool any = false;
+    for (int group = 0; group < groups_; ++group) {
+        if (everywhere || farthest[group] <= half_edge) {
+            ++covers_group_[group];
+            any = true;
+        } else if (nearest[group] <= half_edge) {
+            const int first = group * group_lanes;
+#pragma omp simd
+            for (int i = first; i < first + group_lanes; ++i)
+                overdraw_[i] += std::abs(px_[i] - x) <= half_edge && std::abs(py_[i] - y) <= half_edge &&
+                                std::abs(pz_[i] - z) <= half_edge;
+            any = true;
+        }
+    }
+    return any;
 }
 
-bool LightTile::may_be_lit(const LightTerm& light, bool flat, float outer_radius) const {
-    const vec3 low = light.position - box_.high, high = light.position - box_.low;  // every pixel-to-light vector
-    const vec3 least = glm::max(vec3(0.0f), glm::max(low, -high)), most = glm::max(glm::abs(low), glm::abs(high));
-    const float slack = 1e-5f;
-    if (glm::dot(least, least) > outer_radius * outer_radius * (1 + slack)) return false;
-    const bool fades_in = light.blend.up_slope > 0;
-    if (fades_in && glm::dot(most, most) < light.inner_radius * light.inner_radius * (1 - slack)) return false;
-    if (light_.receiver == Receiver::hard) {
-        float above = 0;  // upper bound of normal . vector over both boxes
-        for (int a = 0; a < 3; ++a)
-            above += std::max(std::max(normals_.low[a] * low[a], normals_.low[a] * high[a]),
-                              std::max(normals_.high[a] * low[a], normals_.high[a] * high[a]));
-        if (above < -slack * (most.x + most.y + most.z)) return false;
+void LightTile::find_groups(const LightTerm& light, float outer_radius, bool flat,
+                            std::int32_t (&sees)[tile_groups]) const {
+    // Bounds over every vector from a point of a group to the light: its squared length, its largest reach, how far
+    // it rises above the receivers' horizon and how far ahead of the light's one normal it starts.
+    float least2[tile_groups] = {}, most2[tile_groups] = {}, reach[tile_groups] = {};
+    float above[tile_groups] = {}, ahead[tile_groups] = {};
+    for (int a = 0; a < 3; ++a) {
+        const float at = light.position[a], m = -light.lobe.mean[a];
+#pragma omp simd
+        for (int group = 0; group < tile_groups; ++group) {
+            const float low = at - bounds_.high[a][group], high = at - bounds_.low[a][group];
+            const float least = larger(0.0f, larger(low, -high)), most = larger(magnitude(low), magnitude(high));
+            const float n0 = bounds_.normal_low[a][group], n1 = bounds_.normal_high[a][group];
+            least2[group] += least * least;
+            most2[group] += most * most;
+            reach[group] += most;
+            above[group] += larger(larger(n0 * low, n0 * high), larger(n1 * low, n1 * high));
+            ahead[group] += larger(m * low, m * high);
+        }
     }
-    if (flat) {  // one emitting normal: nothing goes behind it
-        float ahead = 0;
-        for (int a = 0; a < 3; ++a)
-            ahead += std::max(-light.lobe.mean[a] * low[a], -light.lobe.mean[a] * high[a]);
-        if (ahead < -slack * (most.x + most.y + most.z)) return false;
+    const float slack = 1e-5f;  // for rounding: a group is left out only where surely nothing arrives
+    const float outer2 = outer_radius * outer_radius * (1 + slack);
+    const float inner2 = light.blend.up_slope > 0 ? light.inner_radius * light.inner_radius * (1 - slack) : -1.0f;
+    const std::int32_t any_horizon = light_.receiver == Receiver::soft, any_side = !flat;
+#pragma omp simd
+    for (int group = 0; group < tile_groups; ++group) {
+        const std::int32_t in_range = (least2[group] <= outer2) & (most2[group] >= inner2);
+        const std::int32_t over_horizon = (above[group] >= -slack * reach[group]) | any_horizon;
+        const std::int32_t lit_side = (ahead[group] >= -slack * reach[group]) | any_side;
+        sees[group] = in_range & over_horizon & lit_side;
     }
-    return true;
 }
 
 template <bool soft, bool clamped>
-float LightTile::add_light(const LightTerm& light) {
+float LightTile::add_to_group(const LightTerm& term, int first, float (&target)[group_lanes]) {
+    const LightTerm light = term;  // a copy: stores to the lanes cannot change it, so it stays in registers
     const float red = light.intensity.x, green = light.intensity.y, blue = light.intensity.z;
     const float bright = luminance(light.intensity), clamp2 = light_.clamp2;
     const bool importance = picks_.importance;
+    float weight[group_lanes];
+    // Three short loops: GCC 12 vectorises each of them, but not their sum.
+#pragma omp simd
+    for (int lane = 0; lane < group_lanes; ++lane) {
+        const int i = first + lane;
+        weight[lane] = receive<soft, clamped>(light, clamp2, px_[i], py_[i], pz_[i], nx_[i], ny_[i], nz_[i]).weight;
+    }
     float most = 0.0f;
 #pragma omp simd reduction(max : most)
-    for (int i = 0; i < padded_; ++i) {
-        const float weight =
-            receive<soft, clamped>(light, clamp2, px_[i], py_[i], pz_[i], nx_[i], ny_[i], nz_[i]).weight;
-        red_[i] += weight * red;
-        green_[i] += weight * green;
-        blue_[i] += weight * blue;
-        const float f = weight * bright;
-        used_[i] += f > 0.0f;
-        target_[i] = importance ? f : (f > 0.0f ? 1.0f : 0.0f);
-        most = std::max(most, f);
+    for (int lane = 0; lane < group_lanes; ++lane) {
+        const int i = first + lane;
+        red_[i] += weight[lane] * red;
+        green_[i] += weight[lane] * green;
+        blue_[i] += weight[lane] * blue;
+        target[lane] = weight[lane] * bright;
+        most = larger(most, target[lane]);
+    }
+    if (most <= 0.0f) return most;
+#pragma omp simd
+    for (int lane = 0; lane < group_lanes; ++lane) {
+        const bool lit = target[lane] > 0.0f;
+        used_[first + lane] += lit ? 1u : 0u;
+        target[lane] = importance || !lit ? target[lane] : 1.0f;
     }
     return most;
 }
 
-void LightTile::add(const LightTerm& light, std::uint32_t merged_index) {
-    const float most = with_kinds(light_, [&]<bool soft, bool clamped>() { return add_light<soft, clamped>(light); });
-    if (most <= 0.0f || picks_.samples == 0) return;
-    if (picks_.picker == Picker::race)
-        pick_by_race(merged_index);
-    else
-        pick_by_reservoir(merged_index);
+void LightTile::add(const LightTerm& light, std::uint32_t merged_index, float outer_radius, bool flat) {
+    std::int32_t sees[tile_groups];
+    find_groups(light, outer_radius, flat, sees);
+    with_kinds(light_, [&]<bool soft, bool clamped>() {
+        for (int group = 0; group < groups_; ++group) {
+            if (!sees[group]) continue;
+            float target[group_lanes];
+            const int first = group * group_lanes;
+            const float most = add_to_group<soft, clamped>(light, first, target);
+            if (most <= 0.0f || picks_.samples == 0) continue;
+            if (picks_.picker == Picker::race)
+                pick_by_race(merged_index, first, target);
+            else
+                pick_by_reservoir(merged_index, first, target);
+        }
+    });
 }
 
-void LightTile::pick_by_reservoir(std::uint32_t merged_index) {
+void LightTile::pick_by_reservoir(std::uint32_t merged_index, int first, const float (&target)[group_lanes]) {
     const auto light = static_cast<std::int32_t>(merged_index);
+    float take[group_lanes], taken_scale[group_lanes], kept_scale[group_lanes];
+    float* sum = sum_ + first;
 #pragma omp simd
-    for (int i = 0; i < padded_; ++i) {
-        const ReservoirStep step = reservoir_step(sum_[i], target_[i]);
-        take_[i] = step.take;
-        taken_scale_[i] = step.taken_scale;
-        kept_scale_[i] = step.kept_scale;
-        sum_[i] += target_[i];
+    for (int lane = 0; lane < group_lanes; ++lane) {
+        const ReservoirStep step = reservoir_step(sum[lane], target[lane]);
+        take[lane] = step.take;
+        taken_scale[lane] = step.taken_scale;
+        kept_scale[lane] = step.kept_scale;
+        sum[lane] += target[lane];
     }
     for (int s = 0; s < picks_.samples; ++s) {
-        float* uniform = state_.data() + s * tile_pixels;
-        float* weight = pick_weight_.data() + s * tile_pixels;
-        std::int32_t* pick = pick_.data() + s * tile_pixels;
+        float* uniform = state_.data() + s * tile_pixels + first;
+        float* weight = pick_weight_.data() + s * tile_pixels + first;
+        std::int32_t* pick = pick_.data() + s * tile_pixels + first;
 #pragma omp simd
-        for (int i = 0; i < padded_; ++i) {
-            weight[i] = uniform[i] < take_[i] ? target_[i] : weight[i];
-            reservoir_decide({take_[i], taken_scale_[i], kept_scale_[i]}, light, uniform[i], pick[i]);
+        for (int lane = 0; lane < group_lanes; ++lane) {
+            weight[lane] = uniform[lane] < take[lane] ? target[lane] : weight[lane];
+            reservoir_decide({take[lane], taken_scale[lane], kept_scale[lane]}, light, uniform[lane], pick[lane]);
         }
     }
 }
 
-void LightTile::pick_by_race(std::uint32_t merged_index) {
+void LightTile::pick_by_race(std::uint32_t merged_index, int first, const float (&target)[group_lanes]) {
     const auto light = static_cast<std::int32_t>(merged_index);
-    for (int i = 0; i < padded_; ++i) sum_[i] += target_[i];
+    float* sum = sum_ + first;
+    for (int lane = 0; lane < group_lanes; ++lane) sum[lane] += target[lane];
     for (int s = 0; s < picks_.samples; ++s) {
-        float* best = state_.data() + s * tile_pixels;
-        float* weight = pick_weight_.data() + s * tile_pixels;
-        std::int32_t* pick = pick_.data() + s * tile_pixels;
+        float* best = state_.data() + s * tile_pixels + first;
+        float* weight = pick_weight_.data() + s * tile_pixels + first;
+        std::int32_t* pick = pick_.data() + s * tile_pixels + first;
         const std::uint32_t key = picks_.key + static_cast<std::uint32_t>(s) * 0x9e3779b9u;
 #pragma omp simd
-        for (int i = 0; i < padded_; ++i) {
-            const float f = target_[i];
-            const float mine = race_key(random4(pixel_[i], merged_index, Stream::race, key).x, f);
-            const bool wins = f > 0.0f && mine < best[i];
-            best[i] = wins ? mine : best[i];
-            weight[i] = wins ? f : weight[i];
-            pick[i] = wins ? light : pick[i];
+        for (int lane = 0; lane < group_lanes; ++lane) {
+            const float f = target[lane];
+            const float mine = race_key(random4(pixel_[first + lane], merged_index, Stream::race, key).x, f);
+            const bool wins = f > 0.0f && mine < best[lane];
+            best[lane] = wins ? mine : best[lane];
+            weight[lane] = wins ? f : weight[lane];
+            pick[lane] = wins ? light : pick[lane];
         }
     }
 }
 
 void LightTile::take_counts(std::uint32_t* overdraw, std::uint32_t* used) {
     for (int i = 0; i < count_; ++i) {
-        overdraw[i] = overdraw_[i] + covers_all_;
+        overdraw[i] = overdraw_[i] + covers_group_[i / group_lanes];
         used[i] = used_[i];
     }
-    std::fill_n(overdraw_, padded_, 0u);
-    std::fill_n(used_, padded_, 0u);
-    covers_all_ = 0;
+    const int lanes = groups_ * group_lanes;
+    std::fill_n(overdraw_, lanes, 0u);
+    std::fill_n(used_, lanes, 0u);
+    std::fill_n(covers_group_, groups_, 0u);
 }
 
 }  // namespace lab

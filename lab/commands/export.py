@@ -8,14 +8,14 @@ from pathlib import Path
 from lab.commands.loading import load, progress
 from lab.commands.request import read_request
 from lab.errors import LabError
-from lab.outputs import check_writable
+from lab.outputs import check_writable, is_folder
 
 
 def run(args: argparse.Namespace) -> None:
     """Traces the lights, builds the hierarchy and writes it."""
     request = read_request(args)
     path = Path(args.output)
-    if path.is_dir():
+    if is_folder(path):
         raise LabError(f"-o {path}: is a folder; name a file in it, for example -o {path / 'lights.npz'}")
 
     from lab.engine import create_engine

@@ -12,14 +12,15 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from lab.report import machine, version
+from lab import __version__
+from lab.report import machine
 
 
 def run(args: argparse.Namespace) -> None:
     """Prints the tables."""
     console = Console(highlight=False, soft_wrap=True)
     table = Table(show_header=False, box=None, pad_edge=False)
-    rows: dict[str, object] = {"lab": version(), **machine(), **core_info()}
+    rows: dict[str, object] = {"lab": __version__, **machine(), **core_info()}
     for name, value in rows.items():
         table.add_row(name, escape(str(value)))
     console.print(table)
@@ -29,7 +30,7 @@ def run(args: argparse.Namespace) -> None:
         extras.add_row(package, installed or "[yellow]missing[/]", escape(part))
     console.print(extras)
     for extra in missing_extras():
-        console.print(f"extra '{extra}': install it with  pip install 'many-lights-lab\\[{extra}]'")
+        console.print(f"extra '{extra}' is not complete; install it with  make setup EXTRA={extra}")
 
 
 def core_info() -> dict[str, Any]:

@@ -15,12 +15,12 @@ def print_summary(record: Record, paths: list[Path]) -> None:
     """Prints a finished run for people."""
     console = Console(highlight=False, soft_wrap=True)
     scene, counts = record["scene"], record["counts"]
-    width, height = scene["size"]
+    (width, height), threads = scene["size"], record["machine"]["threads"]
     console.print(
         f"[bold]{escape(scene['name'])}[/] {width}x{height}, {scene['triangles']:,} triangles, "
         f"{counts['vpls']:,} lights, preset {record['preset']}, seed {record['params']['seed']}: "
         f"[bold]{record['total_ms'] / 1e3:.2f} s[/] after {record['load_ms'] / 1e3:.2f} s of loading, "
-        f"{record['machine']['threads']} threads"
+        f"{threads} thread{'' if threads == 1 else 's'}"
     )
     console.print(_stages(record))
     console.print(_levels(counts["levels"]))

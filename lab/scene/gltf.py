@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lab.errors import LabError
 from lab.scene.gltf_container import GltfFile, read_gltf_file
@@ -42,7 +43,7 @@ def read_gltf(path: Path) -> Parts:
         maps.append(UvMap())
     for node, primitive in geometry.placed:
         row = primitive.material if primitive.material >= 0 else plain
-        _add(parts, file, primitive, geometry.world[node], row, maps[row])
+        _add(parts, file, primitive, geometry.world[node], row=row, uv_map=maps[row])
     read_lights_and_cameras(file, model, geometry.world, parts)
     if geometry.skipped:
         parts.note(f"{path.name}: {geometry.skipped} primitives of points or lines were left out")
@@ -57,7 +58,7 @@ def _check_extensions(file: GltfFile) -> None:
         raise LabError(f"{file.path}: extensionsRequired must be a list; the file is broken")
     for name in required:
         if name not in _UNDERSTOOD and not str(name).startswith("KHR_materials_"):
-            raise LabError(f"{file.path} needs the extension {name}, which is not supported: export the file without it")
+            raise LabError(f"{file.path} needs the extension {name}, which is not supported: export it without")
 
 
 def _model(file: GltfFile) -> Any:
@@ -70,7 +71,9 @@ def _model(file: GltfFile) -> Any:
             raise LabError(f"{file.path}: its glTF document is broken ({problem}); export it again") from problem
 
 
-def _add(parts: Parts, file: GltfFile, primitive: Primitive, world: np.ndarray[Any, Any], row: int, uv_map: UvMap) -> None:
+def _add(
+    parts: Parts, file: GltfFile, primitive: Primitive, world: NDArray[np.float64], *, row: int, uv_map: UvMap
+) -> None:
     position, normal, index = primitive.position, primitive.normal, primitive.index
     if not np.array_equal(world, np.eye(4)):
         with np.errstate(all="ignore"):
@@ -86,8 +89,17 @@ def _add(parts: Parts, file: GltfFile, primitive: Primitive, world: np.ndarray[A
         uv = uv_map.apply(uv)
     elif parts.materials[row].texture >= 0:
         parts.note(f"{file.path.name}: {primitive.name} has a texture but no coordinates for it")
-    add_mesh(parts, f"{file.path}: {primitive.name}", position, index, row, normal, uv, primitive.colour)
+    add_mesh(
+        parts,
+        f"{file.path}: {primitive.name}",
+        position,
+        index,
+        material=row,
+        normal=normal,
+        uv=uv,
+        colour=primitive.colour,
+    )
 
 
-def _cofactors(m: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+def _cofactors(m: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.stack([np.cross(m[1], m[2]), np.cross(m[2], m[0]), np.cross(m[0], m[1])])

@@ -12,7 +12,7 @@ import struct
 import urllib.parse
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeGuard
 
 from lab.errors import LabError
 
@@ -44,9 +44,9 @@ class GltfFile:
         where = f"{self.path}: bufferViews[{number}]"
         buffer = view.get("buffer")
         start, length = whole(where, view, "byteOffset", 0), whole(where, view, "byteLength")
-        if not is_whole(buffer) or buffer >= len(self.buffers):  # type: ignore[operator]
+        if not is_whole(buffer) or buffer >= len(self.buffers):
             raise LabError(f"{where} refers to buffer {buffer!r}, but there are {len(self.buffers)}")
-        data = self.buffers[buffer]  # type: ignore[index]
+        data = self.buffers[buffer]
         if start + length > len(data):
             raise LabError(
                 f"{where} needs bytes {start} to {start + length}, but the buffer has {len(data)}: the file is broken"
@@ -56,12 +56,12 @@ class GltfFile:
     def item(self, name: str, number: object, user: str) -> dict[str, Any]:
         """Item `number` of the document's list `name`; `user` names what refers to it."""
         listed = self.items(name)
-        if not is_whole(number) or number >= len(listed):  # type: ignore[operator]
+        if not is_whole(number) or number >= len(listed):
             raise LabError(f"{self.path}: {user} refers to {name}[{number!r}], but there are {len(listed)}")
-        return listed[number]  # type: ignore[index]
+        return listed[number]
 
 
-def is_whole(value: object) -> bool:
+def is_whole(value: object) -> TypeGuard[int]:
     """True for an int of 0 or more."""
     return isinstance(value, int) and not isinstance(value, bool) and value >= 0
 
@@ -71,7 +71,7 @@ def whole(where: str, table: dict[str, Any], key: str, default: int | None = Non
     value = table.get(key, default)
     if not is_whole(value):
         raise LabError(f"{where}: {key} is {value!r}, it must be a whole number of 0 or more; the file is broken")
-    return int(value)  # type: ignore[arg-type]
+    return int(value)
 
 
 def read_gltf_file(path: Path) -> GltfFile:
@@ -144,7 +144,9 @@ def _buffer(file: GltfFile, number: int, buffer: dict[str, Any], binary: bytes |
     else:
         found = resolve_uri(file.path, uri, where)
         if found is None:
-            raise LabError(f"{where}: there is no file {uri!r} beside {file.path.name}: put it there, or export as .glb")
+            raise LabError(
+                f"{where}: there is no file {uri!r} beside {file.path.name}: put it there, or export as .glb"
+            )
         data = found
     length = whole(where, buffer, "byteLength")
     if len(data) < length:

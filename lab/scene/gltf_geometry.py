@@ -1,8 +1,9 @@
 """The geometry of a glTF: every number is checked here, then trimesh reads a plain copy of the document.
 
 trimesh alone would take sparse accessors for zeros, normalised integers for raw ones, and leaves out fans, texture
-coordinates without a material and nodes that hold a camera. The copy holds only checked accessors, one buffer view each,
-under attribute names that trimesh hands through untouched, and one mesh for each primitive.
+coordinates without a material and nodes that hold a camera. The copy holds only checked accessors, one buffer view
+each, under attribute names that trimesh hands through untouched, and one mesh for each primitive. (open3d merges
+materials that are equal and drops their names, so that a light can no longer be found by its material's name.)
 """
 
 from __future__ import annotations
@@ -157,7 +158,8 @@ def read_geometry(file: GltfFile) -> Geometry:
         "bufferViews": copy.views,
         "buffers": [{"byteLength": copy.size}],
     }
-    return _read_copy(file, document, copy.blobs, order, sources, placed, skipped)
+    world, primitives = _read_copy(file, _glb(document, copy.blobs), order, sources)
+    return Geometry([(node, primitives[k]) for node, k in placed], world, skipped)
 
 
 def _scene_nodes(file: GltfFile) -> tuple[list[int], dict[int, int]]:
@@ -247,9 +249,9 @@ def _primitive(copy: _Copy, user: str, primitive: dict[str, Any], mode: int, fou
             attributes[f"_UV{unit}"] = copy.accessor(found[name], f"{user}.{name}", ("VEC2",), (_FLOAT, *integers))
     count = copy.count(position)
     for name, accessor in attributes.items():
-        if copy.count(accessor) != count:
+        if (there := copy.count(accessor)) != count:
             raise LabError(
-                f"{copy.file.path}: {user} has {count} positions but {copy.count(accessor)} in {name.strip('_')}; the file is broken"
+                f"{copy.file.path}: {user} has {count} positions but {there} in {name.strip('_')}: it is broken"
             )
     mesh: dict[str, Any] = {"attributes": attributes, "mode": mode}
     if primitive.get("indices") is not None:
@@ -262,9 +264,11 @@ def _primitive(copy: _Copy, user: str, primitive: dict[str, Any], mode: int, fou
     material = primitive.get("material")
     if material is not None:
         copy.file.item("materials", material, user)
-    normalised = {}
-    for plain, accessor in (("_POSITION", found["POSITION"]), *((f"_UV{k}", found.get(f"TEXCOORD_{k}")) for k in (0, 1))):
-        normalised[plain] = accessor is not None and copy.file.items("accessors")[accessor].get("normalized") is True
+    accessors = copy.file.items("accessors")
+    stored = {"_POSITION": "POSITION", "_UV0": "TEXCOORD_0", "_UV1": "TEXCOORD_1"}
+    normalised = {
+        plain: accessors[found[name]].get("normalized") is True for plain, name in stored.items() if name in found
+    }
     return {
         "name": user,
         "material": -1 if material is None else material,
@@ -290,25 +294,18 @@ def _fan(copy: _Copy, indices: int | None, count: int) -> int:
 
 
 def _read_copy(
-    file: GltfFile,
-    document: dict[str, Any],
-    blobs: list[bytes],
-    order: list[int],
-    sources: list[dict[str, Any]],
-    placed: list[tuple[int, int]],
-    skipped: int,
-) -> Geometry:
+    file: GltfFile, plain: bytes, order: list[int], sources: list[dict[str, Any]]
+) -> tuple[dict[int, Matrix], list[Primitive]]:
     import trimesh
 
     with quiet():
         try:
-            scene = trimesh.load_scene(io.BytesIO(_glb(document, blobs)), file_type="glb", process=False)
+            scene = trimesh.load_scene(io.BytesIO(plain), file_type="glb", process=False)
             world = {n: np.array(scene.graph.get(f"n{n}")[0], dtype=np.float64) for n in order}
             read = [scene.geometry[scene.graph.get(f"p{k}")[1]] for k in range(len(sources))]
         except Exception as problem:  # whatever the library stumbles on, the file is at fault
             raise LabError(f"{file.path} cannot be read: {problem}; export it again") from problem
-    primitives = [_as_primitive(source, mesh) for source, mesh in zip(sources, read, strict=True)]
-    return Geometry([(node, primitives[k]) for node, k in placed], world, skipped)
+    return world, [_as_primitive(source, mesh) for source, mesh in zip(sources, read, strict=True)]
 
 
 def _as_primitive(source: dict[str, Any], mesh: Any) -> Primitive:

@@ -22,7 +22,7 @@ _LIGHTS = "KHR_lights_punctual"
 
 
 def read_lights_and_cameras(file: GltfFile, model: Any, world: dict[int, Matrix], parts: Parts) -> None:
-    """Adds what the nodes of `world` (node number to 4x4 transform) carry to `parts`. `model`: the pygltflib document."""
+    """Adds to `parts` what the nodes of `world` (number to 4x4 transform) carry. `model`: the pygltflib document."""
     extensions = model.extensions if isinstance(model.extensions, dict) else {}
     table = extensions.get(_LIGHTS)
     lights = table.get("lights", []) if isinstance(table, dict) else []
@@ -34,15 +34,17 @@ def read_lights_and_cameras(file: GltfFile, model: Any, world: dict[int, Matrix]
             index = reference.get("light") if isinstance(reference, dict) else None
             _light(f"{file.path}: {_LIGHTS}[{index}]", _at(file, "lights", lights, index), matrix, parts)
         if node.camera is not None:
-            name = node.name if isinstance(node.name, str) and node.name else None
-            _camera(file, _at(file, "cameras", cameras, node.camera), node.camera, name, matrix, parts)
+            camera = _at(file, "cameras", cameras, node.camera)
+            names = [text for text in (camera.name, node.name) if isinstance(text, str) and text]
+            name = [*names, f"camera{node.camera}"][0]
+            _camera(f"{file.path}: cameras[{node.camera}]", camera, name, matrix, parts)
 
 
 def _at(file: GltfFile, kind: str, items: Any, index: object) -> Any:
-    if not isinstance(items, list) or not is_whole(index) or index >= len(items):  # type: ignore[operator]
+    if not isinstance(items, list) or not is_whole(index) or index >= len(items):
         count = len(items) if isinstance(items, list) else 0
-        raise LabError(f"{file.path}: a node refers to {kind}[{shown(index)}], but there are {count}; the file is broken")
-    return items[index]  # type: ignore[index]
+        raise LabError(f"{file.path}: a node refers to {kind}[{shown(index)}], but there are {count}: it is broken")
+    return items[index]
 
 
 def _axis(where: str, matrix: Matrix, column: int) -> Vec3:
@@ -65,8 +67,9 @@ def _light(where: str, light: object, matrix: Matrix, parts: Parts) -> None:
         spot = light.get("spot", {})
         if not isinstance(spot, dict):
             raise LabError(f"{where}.spot is {shown(spot)}, it must be an object; the file is broken")
-        outer = number(f"{where}.outerConeAngle", spot.get("outerConeAngle", math.pi / 4), 0, math.pi / 2 + 1e-5, open_low=True)
-        inner = number(f"{where}.innerConeAngle", spot.get("innerConeAngle", 0.0), 0, math.pi / 2 + 1e-5)
+        wide, narrow = spot.get("outerConeAngle", math.pi / 4), spot.get("innerConeAngle", 0.0)
+        outer = number(f"{where}.outerConeAngle", wide, 0, math.pi / 2 + 1e-5, open_low=True)
+        inner = number(f"{where}.innerConeAngle", narrow, 0, math.pi / 2 + 1e-5)
         x, y, z = _axis(where, matrix, 2)
         # Exporters write inner = outer for a hard edge; a sliver between them keeps the falloff's division finite.
         parts.spots.append(SpotLight(position, (-x, -y, -z), power, min(inner, outer * (1 - 1e-4)), outer))
@@ -74,13 +77,11 @@ def _light(where: str, light: object, matrix: Matrix, parts: Parts) -> None:
         raise LabError(f"{where}.type is {shown(kind)}: it must be directional, point or spot")
 
 
-def _camera(file: GltfFile, camera: Any, row: int, node_name: str | None, matrix: Matrix, parts: Parts) -> None:
-    where = f"{file.path}: cameras[{row}]"
+def _camera(where: str, camera: Any, name: str, matrix: Matrix, parts: Parts) -> None:
     if camera.perspective is None:
         parts.note(f"{where} is not a perspective camera and was left out")
         return
     fov = number(f"{where}.yfov", camera.perspective.yfov, 0, math.pi * 0.999, open_low=True)
-    name = camera.name if isinstance(camera.name, str) and camera.name else node_name or f"camera{row}"
     taken = {known.name for known in parts.cameras}
     if name in taken:
         name = next(f"{name}{k}" for k in range(2, len(taken) + 3) if f"{name}{k}" not in taken)

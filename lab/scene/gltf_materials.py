@@ -82,14 +82,13 @@ def _material(file: GltfFile, images: _Images, row: int, source: Any) -> tuple[M
 
     emission = source.emissiveFactor
     glow = vector(f"{where}.emissiveFactor", [0.0, 0.0, 0.0] if emission is None else emission, 0, 1e6)
-    strength = number(
-        f"{where}.emissiveStrength", _extension(source, "KHR_materials_emissive_strength").get("emissiveStrength", 1.0), 0
-    )
+    factor_beyond_1 = _extension(source, "KHR_materials_emissive_strength").get("emissiveStrength", 1.0)
+    strength = number(f"{where}.emissiveStrength", factor_beyond_1, 0)
     if max(glow) > 0 and source.emissiveTexture is not None:
         glow = images.tint(where, source.emissiveTexture, glow)
-    two_sided = flag(f"{where}.doubleSided", bool(source.doubleSided) if source.doubleSided is None else source.doubleSided)
-    light = (glow[0] * strength, glow[1] * strength, glow[2] * strength)
-    return Material(name, colour, picture, alpha, cutoff, vector(f"{where}: emission", light, 0, 1e30), two_sided), uv_map
+    two_sided = flag(f"{where}.doubleSided", False if source.doubleSided is None else source.doubleSided)
+    light = vector(f"{where}: emission", [value * strength for value in glow], 0, 1e30)
+    return Material(name, colour, picture, alpha, cutoff, light, two_sided), uv_map
 
 
 def _factor(where: str, factor: object) -> tuple[Vec3, float]:

@@ -1,8 +1,8 @@
 """The user's own lists of point lights: ``.npz``, ``.csv`` and ``.ply`` point clouds, checked column by column.
 
-A light has a position, a radiant intensity (linear RGB) and optionally a normal. Without a normal, or with the normal (0, 0, 0),
-it is isotropic and its flux is 4 pi I; with one it is a one-sided Lambertian emitter of intensity I along the normal, and its
-flux is pi I. Normals of any other length than 0 are brought to length 1.
+A light has a position, a radiant intensity (linear RGB) and optionally a normal. Without a normal, or with the normal
+(0, 0, 0), it is isotropic and its flux is 4 pi I; with one it is a one-sided Lambertian emitter of intensity I along
+the normal, and its flux is pi I. Normals of any length but 0 are brought to length 1.
 
 - ``.npz``: arrays ``position`` (n, 3), ``intensity`` (n, 3) and optionally ``normal`` (n, 3);
 - ``.csv``: a header line ``x,y,z,r,g,b`` or ``x,y,z,r,g,b,nx,ny,nz`` (any order), one light a line;
@@ -11,6 +11,7 @@ flux is pi I. Normals of any other length than 0 are brought to length 1.
 
 from __future__ import annotations
 
+import io
 import os
 from collections.abc import Iterable
 from pathlib import Path
@@ -32,8 +33,8 @@ _PLY = ("x", "y", "z", "red", "green", "blue")
 def load_light_list(path: str | Path) -> Lights:
     """The lights in the file at `path`, see the module's page for the three formats.
 
-    Errors: :class:`LabError` for a file that is missing, broken or empty, for missing and unknown columns, and (with the number
-    of the light, from 0) for a value that is not finite or an intensity under 0.
+    Errors: :class:`LabError` for a file that is missing, broken or empty, for missing and unknown columns, and (with
+    the number of the light, from 0) for a value that is not finite or an intensity under 0.
     """
     path = Path(path)
     readers = {".npz": _read_npz, ".csv": _read_csv, ".ply": _read_ply}
@@ -63,7 +64,7 @@ def save_light_list(path: str | Path, lights: Lights) -> None:
     beside = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
         with beside.open("wb") as file:
-            np.savez_compressed(file, **arrays)
+            np.savez_compressed(file, allow_pickle=False, **arrays)
         beside.replace(path)
     except OSError as problem:
         beside.unlink(missing_ok=True)
@@ -77,9 +78,7 @@ def _flux_per_intensity(normal: NDArray[np.floating]) -> NDArray[np.float64]:
 Columns = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64] | None]
 
 
-def _checked(
-    path: Path, position: NDArray[Any], intensity: NDArray[Any], normal: NDArray[Any] | None
-) -> Lights:
+def _checked(path: Path, position: NDArray[Any], intensity: NDArray[Any], normal: NDArray[Any] | None) -> Lights:
     if len(position) == 0:
         raise LabError(f"{path} holds no lights: it has no rows")
     for name, values in (("position", position), ("intensity", intensity), ("normal", normal)):
@@ -98,7 +97,9 @@ def _checked(
     if not (flux <= np.finfo(np.float32).max).all():
         row = int(np.argmax((flux > np.finfo(np.float32).max).any(axis=1)))
         raise LabError(f"{path}: light {row} has intensity {intensity[row].tolist()}, which is too large")
-    return Lights(position.astype(np.float32), flux.astype(np.float32), None if normal is None else unit.astype(np.float32))
+    return Lights(
+        position.astype(np.float32), flux.astype(np.float32), None if normal is None else unit.astype(np.float32)
+    )
 
 
 def _unit(normal: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -108,13 +109,17 @@ def _unit(normal: NDArray[np.float64]) -> NDArray[np.float64]:
     return scaled / np.where(length > 0, length, 1)
 
 
-def _check_names(path: Path, found: Iterable[str], needed: tuple[str, ...], optional: tuple[str, ...], kind: str) -> bool:
+def _check_names(
+    path: Path, found: Iterable[str], needed: tuple[str, ...], optional: tuple[str, ...], kind: str
+) -> bool:
     """True if the optional columns are there too; :class:`LabError` for missing or unknown ones."""
     names = list(found)
     form = f"{' '.join(needed)}, optionally {' '.join(optional)}"
     for name in needed:
         if name not in names:
-            raise LabError(f"{path}: the {kind} {name!r} is missing; needed are {form}; it has {' '.join(names) or 'none'}")
+            raise LabError(
+                f"{path}: the {kind} {name!r} is missing; needed are {form}; it has {' '.join(names) or 'none'}"
+            )
     for name in names:
         if name not in (*needed, *optional):
             raise LabError(f"{path}: unknown {kind} {name!r}{nearest(name, (*needed, *optional))}; allowed are {form}")
@@ -127,14 +132,17 @@ def _check_names(path: Path, found: Iterable[str], needed: tuple[str, ...], opti
 
 
 def _read_npz(path: Path) -> Columns:
-    if path.read_bytes()[:2] != b"PK":
+    data = path.read_bytes()
+    if data[:2] != b"PK":
         raise LabError(f"{path} is not an .npz file: write it with numpy.savez(file, position=..., intensity=...)")
     with quiet():
         try:
-            with np.load(path, allow_pickle=False) as archive:
+            with np.load(io.BytesIO(data), allow_pickle=False) as archive:
                 arrays = {name: archive[name] for name in archive.files}
         except Exception as problem:  # zipfile, zlib and numpy raise each their own
-            raise LabError(f"{path} cannot be read as .npz: {problem}; the file is broken or holds objects") from problem
+            raise LabError(
+                f"{path} cannot be read as .npz: {problem}; the file is broken or holds objects"
+            ) from problem
     _check_names(path, arrays, ("position", "intensity"), ("normal",), "array")
     for name, array in arrays.items():
         if array.dtype.kind not in "fiu":
@@ -142,7 +150,9 @@ def _read_npz(path: Path) -> Columns:
         if array.ndim != 2 or array.shape[1] != 3:
             raise LabError(f"{path}: array {name!r} has shape {array.shape}, expected (n, 3)")
         if len(array) != len(arrays["position"]):
-            raise LabError(f"{path}: {len(arrays['position'])} positions but {len(array)} rows in {name!r}: they must agree")
+            raise LabError(
+                f"{path}: {len(arrays['position'])} positions but {len(array)} rows in {name!r}: they must agree"
+            )
     wide = {name: array.astype(np.float64) for name, array in arrays.items()}
     return wide["position"], wide["intensity"], wide.get("normal")
 
@@ -185,12 +195,14 @@ def _read_ply(path: Path) -> Columns:
 
     with native_quiet(), open3d.utility.VerbosityContextManager(open3d.utility.VerbosityLevel.Error):
         try:
-            cloud = open3d.io.read_point_cloud(str(path))
+            cloud = open3d.io.read_point_cloud(path)
         except Exception as problem:  # whatever the library stumbles on, the file is at fault
             raise LabError(f"{path} cannot be read as PLY: {problem}") from problem
     position, colour = np.asarray(cloud.points), np.asarray(cloud.colors)
     if len(position) != header.counts["vertex"] or len(colour) != len(position):
-        raise LabError(f"{path}: only {len(position)} of {header.counts['vertex']} lights could be read: the file is broken")
+        raise LabError(
+            f"{path}: only {len(position)} of {header.counts['vertex']} lights could be read: the file is broken"
+        )
     kind = kinds.pop()
     # open3d divides every colour by 255, whatever its type.
     intensity = colour * 255.0 if kind[0] == "f" else colour * (255.0 / np.iinfo(kind).max)

@@ -1,7 +1,7 @@
 """OBJ files with their MTL materials, read by trimesh.
 
-trimesh takes a relative (negative) index from the end of the file, lets index 0 and wild ones through, and drops all texture
-coordinates of a group where one face has none. So the faces are checked first, and rewritten where they are not plain.
+trimesh takes a relative (negative) index from the end of the file, lets index 0 through, misreads numbers as 1e-5 and
+drops all texture coordinates of a group where one face has none. So the text is checked first and put in a plain form.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 import io
 import math
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +22,7 @@ from lab.scene.textures import decode_image, is_image, srgb_to_linear
 from lab.scene.values import shown, vector
 
 GREY_LIMIT = 0.41
-"""Exporters write a grey Kd of 0.4 or less beside map_Kd without meaning it; under this grey the texture stands alone."""
+"""Some exporters write a grey Kd of 0.4 beside map_Kd and mean nothing by it; under this the texture stands alone."""
 
 
 def read_obj(path: Path) -> Parts:
@@ -39,7 +39,7 @@ def read_obj(path: Path) -> Parts:
 
     with quiet():
         try:
-            loaded = load_obj(io.BytesIO(text.encode()), resolver=files)
+            loaded = load_obj(io.BytesIO(text.encode()), resolver=cast(Any, files))
         except Exception as problem:  # whatever the library stumbles on, the file is at fault
             raise LabError(f"{path} cannot be read as OBJ: {problem}") from problem
     parts = Parts()
@@ -104,7 +104,9 @@ def _plain(path: Path, text: str) -> str:
     if not rows["v"]:
         raise LabError(f"{path} holds no vertices (lines as 'v 1 2 3'): it is empty or not an OBJ file")
     if not corners:
-        raise LabError(f"{path} holds no faces (lines as 'f 1 2 3'): there is nothing to light; points and lines are not drawn")
+        raise LabError(
+            f"{path} holds no faces (lines as 'f 1 2 3'): there is nothing to light; points and lines are not drawn"
+        )
     _check_corners(path, corners, [entry for entry in order if isinstance(entry, range)], lines, rows)
     has_uv, has_normal = any(c[1] for c in corners), any(c[2] for c in corners)
     rows["vt"].append([0.0, 0.0])  # for corners that have none where others have
@@ -115,7 +117,9 @@ def _plain(path: Path, text: str) -> str:
     out += [" ".join(["vn", *map(repr, row[:3])]) for row in rows["vn"] if has_normal]
     spare_uv, spare_normal = len(rows["vt"]), len(rows["vn"])
     shown = [
-        f"{v}" + (f"/{t or spare_uv}" if has_uv else "/" if has_normal else "") + (f"/{n or spare_normal}" if has_normal else "")
+        f"{v}"
+        + (f"/{t or spare_uv}" if has_uv else "/" if has_normal else "")
+        + (f"/{n or spare_normal}" if has_normal else "")
         for v, t, n in corners
     ]
     for entry in order:
@@ -151,7 +155,9 @@ def _corner(path: Path, line: int, word: str, rows: dict[str, list[list[float]]]
         if found[k] < 0:  # relative to what has been read so far
             found[k] += len(rows[kind]) + 1
         if found[k] < 1:
-            raise LabError(f"{path}, line {line}: the face refers to {kind} {index}, which does not exist (they count from 1)")
+            raise LabError(
+                f"{path}, line {line}: the face refers to {kind} {index}, which does not exist (they count from 1)"
+            )
     return found[0], found[1], found[2]
 
 
@@ -172,24 +178,28 @@ def _check_corners(
 def _add(parts: Parts, path: Path, files: _Files, mesh: dict[str, Any], rows: dict[str, int]) -> None:
     """Adds one of trimesh's meshes (one material) to `parts`; `rows` are the materials added so far."""
     visual = mesh.get("visual")
-    source = None if visual is None else getattr(visual, "material", None)
+    source: Any = getattr(visual, "material", None)
     given = getattr(source, "kwargs", {}) if getattr(source, "name", None) else {}
     name = str(source.name) if given else "default"
     if name not in rows:
         rows[name] = len(parts.materials)
-        parts.materials.append(_material(parts, path, files, name, source, given) if given else Material())
+        where = f"{path}: material {name!r}"
+        parts.materials.append(_material(parts, where, files, source, given) if given else Material())
     uv = None if visual is None else visual.uv
     if uv is not None:
         uv = np.stack([uv[:, 0], 1.0 - uv[:, 1]], axis=1)  # OBJ counts v upward
     colour = mesh.get("vertex_colors")
     if colour is not None:
         colour = srgb_to_linear(colour)
-    add_mesh(parts, str(path), mesh["vertices"], mesh["faces"], rows[name], mesh.get("vertex_normals"), uv, colour)
+    normal = mesh.get("vertex_normals")
+    add_mesh(
+        parts, str(path), mesh["vertices"], mesh["faces"], material=rows[name], normal=normal, uv=uv, colour=colour
+    )
 
 
-def _material(parts: Parts, path: Path, files: _Files, name: str, source: Any, given: dict[str, Any]) -> Material:
-    """The MTL material `name`; `given` are its lines by lower-case key, as numbers (kd) or words."""
-    where = f"{path}: material {name!r}"
+def _material(parts: Parts, where: str, files: _Files, source: Any, given: dict[str, Any]) -> Material:
+    """The MTL material `source` as trimesh has it; `given`: its lines by lower-case key, as numbers (kd) or words."""
+    name = str(source.name)
     kd = _colour(where, given, "kd", 1.0)
     emission = _colour(where, given, "ke", math.inf) or (0.0, 0.0, 0.0)
     alpha = 1.0
@@ -238,9 +248,7 @@ def _picture(parts: Parts, where: str, image: Any) -> NDArray[np.uint8] | None:
             return None
 
 
-def _with_mask(
-    files: _Files, picture: NDArray[np.uint8] | None, name: str
-) -> NDArray[np.uint8] | None:
+def _with_mask(files: _Files, picture: NDArray[np.uint8] | None, name: str) -> NDArray[np.uint8] | None:
     """`picture` with the grey of the mask in file `name` as its alpha."""
     try:
         mask = decode_image(files.get(name))

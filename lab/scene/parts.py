@@ -8,13 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lab.errors import LabError
-from lab.records import Floats
-from lab.scene.scene import Camera, Material, Mesh, PointLight, SpotLight, SunLight
+from lab.records import Floats, Lights
+from lab.scene.scene import Camera, Material, Mesh, PointLight, SpotLight, SunLight, Vec3
 
 
 @dataclass
 class Parts:
-    """Meshes, materials, textures, lights, cameras and notes; fields as in :class:`lab.scene.scene.Scene`."""
+    """Fields as in :class:`lab.scene.scene.Scene`; `name`, `exposure`, `background` are None where nothing was said."""
 
     meshes: list[Mesh] = field(default_factory=list)
     materials: list[Material] = field(default_factory=list)
@@ -23,15 +23,17 @@ class Parts:
     points: list[PointLight] = field(default_factory=list)
     spots: list[SpotLight] = field(default_factory=list)
     cameras: list[Camera] = field(default_factory=list)
+    light_list: Lights | None = None
+    name: str | None = None
+    exposure: float | None = None
+    background: Vec3 | None = None
     notes: list[str] = field(default_factory=list)
 
     def append(self, other: Parts) -> None:
-        """Adds all of `other`, its material and texture rows moved behind those already here."""
+        """Adds the lists of `other` to those here, its material and texture rows moved behind the rows here."""
         material, texture = len(self.materials), len(self.textures)
         self.meshes += [replace(mesh, material=mesh.material + material) for mesh in other.meshes]
-        self.materials += [
-            replace(m, texture=m.texture + texture) if m.texture >= 0 else m for m in other.materials
-        ]
+        self.materials += [replace(m, texture=m.texture + texture) if m.texture >= 0 else m for m in other.materials]
         self.textures += other.textures
         self.suns += other.suns
         self.points += other.points
@@ -45,9 +47,12 @@ class Parts:
             self.notes.append(text)
 
     def has_light(self) -> bool:
-        """True where a sun, point or spot light or the material of some triangle gives any light."""
-        colours = [light.irradiance for light in self.suns]
-        colours += [light.intensity for light in [*self.points, *self.spots]]
+        """True where a sun, point or spot light, a light list or the material of some triangle gives any light."""
+        if self.light_list is not None and self.light_list.flux.any():
+            return True
+        colours = [sun.irradiance for sun in self.suns]
+        colours += [point.intensity for point in self.points]
+        colours += [spot.intensity for spot in self.spots]
         colours += [self.materials[mesh.material].emission for mesh in self.meshes if len(mesh.index)]
         return any(max(colour) > 0 for colour in colours)
 
@@ -57,6 +62,7 @@ def add_mesh(
     where: str,
     position: NDArray[np.floating],
     index: NDArray[np.integer],
+    *,
     material: int,
     normal: NDArray[np.floating] | None = None,
     uv: NDArray[np.floating] | None = None,
@@ -64,7 +70,7 @@ def add_mesh(
 ) -> None:
     """Checks one mesh and adds it to `parts` in the form the core needs; a mesh without triangles adds nothing.
 
-    `position` (n, 3), `index` (t, 3), `normal` (n, 3) or None, `uv` (n, 2) or None, `colour` (n, 3) linear or None; any dtype.
+    Of any dtype: `position` (n, 3), `index` (t, 3), and, or None, `normal` (n, 3), `uv` (n, 2), `colour` (n, 3) linear.
     Normals become unit vectors; where the file has none worth the name, the geometric one is used.
 
     Errors: :class:`LabError` naming `where` for a vertex that is not finite and an index out of range.
@@ -79,8 +85,9 @@ def add_mesh(
         raise LabError(f"{where}: vertex {row} is at {points[row].tolist()}: every coordinate must be a finite number")
     low, high = int(index.min()), int(index.max())
     if low < 0 or high >= len(points):
+        wrong = low if low < 0 else high
         raise LabError(
-            f"{where}: a triangle refers to vertex {low if low < 0 else high}, but there are {len(points)} vertices, 0 to {len(points) - 1}"
+            f"{where}: a triangle refers to vertex {wrong}, but there are {len(points)}, 0 to {len(points) - 1}"
         )
     triangles = np.ascontiguousarray(index, dtype=np.uint32)
     if uv is not None and not np.isfinite(uv := np.ascontiguousarray(uv, dtype=np.float32)).all():
@@ -95,9 +102,7 @@ def add_mesh(
     parts.meshes.append(Mesh(points, triangles, material, unit, uv, colour))
 
 
-def unit_normals(
-    position: Floats, index: NDArray[np.uint32], normal: NDArray[np.floating]
-) -> Floats:
+def unit_normals(position: Floats, index: NDArray[np.uint32], normal: NDArray[np.floating]) -> Floats:
     """`normal` (n, 3) as unit vectors; zero and non-finite rows become the area-weighted normal of their triangles."""
     wide = np.asarray(normal, dtype=np.float64)
     with np.errstate(all="ignore"):
@@ -112,8 +117,8 @@ def unit_normals(
 def _geometric_normals(position: Floats, index: NDArray[np.uint32]) -> NDArray[np.float64]:
     corner = position.astype(np.float64)[index]
     edges = corner[:, 1:] - corner[:, :1]
-    largest = np.abs(edges).max()
-    area = np.cross(edges[:, 0], edges[:, 1]) if largest == 0 else np.cross(edges[:, 0] / largest, edges[:, 1] / largest)
+    edges /= np.abs(edges).max() or 1.0  # so that no product vanishes or overflows
+    area = np.cross(edges[:, 0], edges[:, 1])
     total = np.zeros((len(position), 3))
     for k in range(3):
         np.add.at(total, index[:, k], area)

@@ -1,13 +1,12 @@
 """PLY files checked to the last byte, so that open3d can read them.
 
-On a polygon with an index out of range open3d takes the process down (segmentation fault), a face of two corners it reads
-as a triangle, and to a NaN in a text file it answers with an empty mesh. trimesh reads no mix of triangles and quads.
+On a polygon with an index out of range open3d takes the process down (segmentation fault), a face of two corners it
+reads as a triangle, and to a NaN in a text file it answers with an empty mesh. trimesh reads no mix of polygons.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -15,110 +14,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lab.errors import LabError
-
-_TYPES = {
-    **dict.fromkeys(("char", "int8"), "i1"),
-    **dict.fromkeys(("uchar", "uint8"), "u1"),
-    **dict.fromkeys(("short", "int16"), "i2"),
-    **dict.fromkeys(("ushort", "uint16"), "u2"),
-    **dict.fromkeys(("int", "int32"), "i4"),
-    **dict.fromkeys(("uint", "uint32"), "u4"),
-    **dict.fromkeys(("float", "float32"), "f4"),
-    **dict.fromkeys(("double", "float64"), "f8"),
-}
-_FORMATS = ("ascii", "binary_little_endian", "binary_big_endian")
-_MAX_HEADER = 1 << 16
-
-
-@dataclass(frozen=True)
-class Column:
-    """A column of an element: numpy types (without byte order) of its values and, for a list, of its length."""
-
-    value: str
-    length: str = ""
-
-
-@dataclass(frozen=True)
-class PlyHeader:
-    """The header of a PLY.
-
-    Attributes:
-        form: ``ascii``, ``binary_little_endian`` or ``binary_big_endian``.    size: bytes of the header.
-        counts: rows of each element, in the file's order.    columns: element to column name to :class:`Column`.
-    """
-
-    form: str
-    size: int
-    counts: dict[str, int]
-    columns: dict[str, dict[str, Column]]
-
-    @property
-    def byte_order(self) -> str:
-        """``<`` or ``>``, as numpy writes it."""
-        return ">" if self.form == "binary_big_endian" else "<"
+from lab.scene.ply_header import PlyHeader, read_ply_header
 
 
 def check_ply(path: Path) -> tuple[PlyHeader, int]:
-    """The header of the PLY file at `path` and how many triangles its faces make, after every vertex and face was looked at.
+    """The header of the PLY file at `path` and how many triangles its faces make; every vertex and face is looked at.
 
-    Errors: :class:`LabError` for a broken header, data cut off, a coordinate that is not finite, a face of less than three
-    corners or with an index out of range.
+    Errors: :class:`LabError` for a broken header, data cut off, a coordinate that is not finite, a face of less than
+    three corners or with an index out of range.
     """
     data = path.read_bytes()
     header = read_ply_header(path, data)
     body = data[header.size :]
     check = _check_text if header.form == "ascii" else _check_binary
     return header, check(path, header, body)
-
-
-def read_ply_header(path: Path, data: bytes) -> PlyHeader:
-    """The header of the PLY bytes `data`, its counts checked against how much data follows.
-
-    Errors: :class:`LabError` naming `path` where the header is broken or the data are cut off.
-    """
-    if not data:
-        raise LabError(f"{path} is empty: a PLY file was expected")
-    end = data.find(b"end_header", 0, _MAX_HEADER)
-    if data[:3] != b"ply" or data[3:4] not in (b"\n", b"\r"):
-        raise LabError(f"{path} is not a PLY file: it does not begin with a line 'ply'")
-    if end < 0:
-        raise LabError(f"{path}: its header has no end_header line: the file is broken")
-    form = ""
-    counts: dict[str, int] = {}
-    columns: dict[str, dict[str, Column]] = {}
-    for line in data[:end].decode("utf-8", errors="replace").splitlines()[1:]:
-        last = columns[list(columns)[-1]] if columns else None
-        match line.split():
-            case [] | ["comment" | "obj_info", *_]:
-                continue
-            case ["format", kind, "1.0"] if kind in _FORMATS and not form:
-                form = kind
-            case ["element", name, count] if count.isascii() and count.isdigit() and name not in counts:
-                counts[name], columns[name] = int(count[:18]), {}
-            case ["property", "list", length, value, name] if last is not None and name not in last:
-                if _TYPES.get(length, "f")[0] not in "iu" or value not in _TYPES:
-                    raise LabError(f"{path}: its header has the line {line[:60]!r} with an unknown type")
-                last[name] = Column(_TYPES[value], _TYPES[length])
-            case ["property", value, name] if last is not None and name not in last and value in _TYPES:
-                last[name] = Column(_TYPES[value])
-            case _:
-                raise LabError(f"{path}: its header has the line {line[:60]!r}, which is not PLY 1.0: the file is broken")
-    newline = 2 if data[end + 10 : end + 12] == b"\r\n" else 1
-    if not form or data[end + 10 : end + 11] not in (b"\n", b"\r"):
-        raise LabError(f"{path}: its header has no {'whole end_header' if form else 'format'} line: the file is broken")
-    header = PlyHeader(form, end + 10 + newline, counts, columns)
-    there = len(data) - header.size
-    # As text, a number and the space after it are two bytes at least; the last one may lack the space.
-    need = sum(
-        n * sum(2 if form == "ascii" else np.dtype(c.length or c.value).itemsize for c in columns[name].values())
-        for name, n in counts.items()
-    )
-    if need > there + 1:
-        raise LabError(f"{path} is cut off: its header announces {need} bytes of data or more, {there} are there")
-    for name, n in counts.items():
-        if n and not columns[name]:
-            raise LabError(f"{path}: its element {name!r} has no properties: the file is broken")
-    return header
 
 
 def _check_text(path: Path, header: PlyHeader, body: bytes) -> int:
@@ -143,7 +52,9 @@ def _check_text(path: Path, header: PlyHeader, body: bytes) -> int:
                         except ValueError as problem:
                             if isinstance(problem, LabError):
                                 raise
-                            raise LabError(f"{path}: {element} {row} holds something else than whole numbers") from problem
+                            raise LabError(
+                                f"{path}: {element} {row} holds something else than whole numbers"
+                            ) from problem
             continue
         chunk = words[at : at + count * len(columns)]
         at += len(chunk)
@@ -247,7 +158,9 @@ def _rows(
 def _integer(path: Path, element: str, row: int, words: list[bytes], at: int) -> int:
     word = words[at] if at < len(words) else b""
     if not word.isdigit() or len(word) > 9:
-        raise LabError(f"{path}: {element} {row} should begin with a count, got {word[:20]!r}: the file is cut off or broken")
+        raise LabError(
+            f"{path}: {element} {row} should begin with a count, got {word[:20]!r}: the file is cut off or broken"
+        )
     return int(word)
 
 

@@ -39,26 +39,26 @@ def read_ply(path: Path) -> Parts:
 
     with native_quiet(), open3d.utility.VerbosityContextManager(open3d.utility.VerbosityLevel.Error):
         try:
-            mesh = open3d.io.read_triangle_mesh(str(path))
+            mesh = open3d.io.read_triangle_mesh(path)
         except Exception as problem:  # whatever the library stumbles on, the file is at fault
             raise LabError(f"{path} cannot be read as PLY: {problem}") from problem
     index = np.asarray(mesh.triangles)
     if len(mesh.vertices) != vertices or len(index) != triangles:  # it gives up on a polygon without area
         raise LabError(
-            f"{path}: only {len(index)} of its {triangles} triangles could be made: a polygon of 4 or more corners has no "
-            "area or crosses itself; save the mesh as triangles"
+            f"{path}: only {len(index)} of its {triangles} triangles could be made: a polygon of 4 or more corners has "
+            "no area or crosses itself; save the mesh as triangles"
         )
     parts = Parts(materials=[Material()])
     colour = None
-    if mesh.has_vertex_colors():
+    kinds = {columns[name].value for name in ("red", "green", "blue") if name in columns}
+    if mesh.has_vertex_colors() and len(kinds) == 1 and {"red", "green", "blue"} <= columns.keys():
         encoded = np.asarray(mesh.vertex_colors)
-        if columns["red"].value[0] == "f":  # open3d divides by 255 whatever the type
-            encoded = encoded * 255.0
-        elif columns["red"].value == "u2":
-            encoded = encoded * (255.0 / 65535.0)
+        kind = kinds.pop()  # open3d divides by 255 whatever the type
+        encoded = encoded * (255.0 if kind[0] == "f" else 255.0 / np.iinfo(kind).max)
         colour = srgb_to_linear(encoded)
-    normal = np.asarray(mesh.vertex_normals) if mesh.has_vertex_normals() else None
-    add_mesh(parts, str(path), np.asarray(mesh.vertices), index, 0, normal, None, colour)
+    has_normals = mesh.has_vertex_normals() and {"nx", "ny", "nz"} <= columns.keys()
+    normal = np.asarray(mesh.vertex_normals) if has_normals else None
+    add_mesh(parts, str(path), np.asarray(mesh.vertices), index, material=0, normal=normal, colour=colour)
     if {"s", "t"} <= columns.keys() or {"u", "v"} <= columns.keys() or "texcoord" in header.columns["face"]:
         parts.note(f"{path.name}: texture coordinates in PLY files are not read")
     return parts

@@ -55,4 +55,6 @@ def is_image(data: bytes) -> bool:
 def mean_colour(texture: Texture) -> NDArray[np.float64]:
     """(3,) mean linear RGB of `texture`."""
     table = srgb_to_linear(np.arange(256) / 255.0).astype(np.float64)
-    return np.array([np.bincount(texture[..., c].ravel(), minlength=256) @ table for c in range(3)]) / texture[..., 0].size
+    return (
+        np.array([np.bincount(texture[..., c].ravel(), minlength=256) @ table for c in range(3)]) / texture[..., 0].size
+    )

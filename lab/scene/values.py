@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import TypeGuard
 
 import numpy as np
 
@@ -16,7 +17,7 @@ def shown(value: object) -> str:
     return words if len(words) <= 60 else words[:57] + "..."
 
 
-def is_number(value: object) -> bool:
+def is_number(value: object) -> TypeGuard[int | float]:
     """True for a finite int or float; booleans are not numbers."""
     if isinstance(value, bool) or not isinstance(value, int | float):
         return False
@@ -29,9 +30,9 @@ def is_number(value: object) -> bool:
 def number(
     where: str, value: object, low: float = -math.inf, high: float = math.inf, *, open_low: bool = False
 ) -> float:
-    """`value` as a finite float from `low` to `high` (over `low` if `open_low`), or :class:`LabError` naming `where`."""
-    if is_number(value) and low <= value <= high and not (open_low and value == low):  # type: ignore[operator]
-        return float(value)  # type: ignore[arg-type]
+    """`value` as a float from `low` to `high` (over `low` if `open_low`), or :class:`LabError` naming `where`."""
+    if is_number(value) and low <= value <= high and not (open_low and value == low):
+        return float(value)
     least = f" {'over' if open_low else 'from'} {low:g}" if math.isfinite(low) else ""
     most = f" up to {high:g}" if math.isfinite(high) else ""
     raise LabError(f"{where} is {shown(value)}: it must be a finite number{least}{most}")

@@ -23,7 +23,7 @@ FINISHES = {
     "white": Finish((0.73, 0.73, 0.70)),
     "red": Finish((0.61, 0.055, 0.06)),
     "green": Finish((0.115, 0.44, 0.10)),
-    "lamp": Finish((0.78, 0.78, 0.78), emissive=(1.0, 0.71, 0.27), strength=17.0),
+    "lamp": Finish((0.78, 0.78, 0.78), emissive=(1.0, 0.74, 0.42), strength=17.0),
 }
 
 

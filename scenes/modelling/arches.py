@@ -22,8 +22,8 @@ def arched_wall(
 ) -> Part:  # fmt: skip
     """A wall in the plane x-y, centred on x, from y = 0 to `height`, with an opening of half width `opening`.
 
-    The opening has straight jambs up to `springing` (0: an arch on columns) and a semicircle above. Open at its ends and
-    top.
+    The opening has straight jambs up to `springing` (0: an arch on columns) and a semicircle above.
+    Open at its ends and top.
     """
     arch = _semicircle(opening, springing, segments)
     head = arch.copy()

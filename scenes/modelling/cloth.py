@@ -22,12 +22,12 @@ def _folds(u: Floats, v: Floats, rng: np.random.Generator, count: float) -> Floa
 
 def banner(
     width: float, length: float, rng: np.random.Generator, window: Window, *,
-    rod: float = 0.03, columns: int = 24, rows: int = 32, tail: float = 0.0, folds: float = 2.4, depth: float = 0.1,
+    rod: float = 0.03, columns: int = 22, rows: int = 25, tail: float = 0.0, folds: float = 2.4, depth: float = 0.1,
 ) -> Part:  # fmt: skip
     """A cloth `width` x `length` hung over a rod along x at the origin, facing +z.
 
-    It starts behind the rod, wraps over it and falls; folds deepen and the cloth narrows toward the free end, which is cut
-    as a swallow tail `tail` deep (negative: a point).
+    It starts behind the rod, wraps over it and falls; folds deepen and the cloth narrows toward the free end, which is
+    cut as a swallow tail `tail` deep (negative: a point).
     """
     wrap = 4
     u = np.linspace(0, 1, columns + 1)
@@ -53,7 +53,7 @@ def banner(
 
 
 def swag(
-    span: float, drop: float, sag: float, rng: np.random.Generator, window: Window, *, columns: int = 26, rows: int = 12
+    span: float, drop: float, sag: float, rng: np.random.Generator, window: Window, *, columns: int = 24, rows: int = 10
 ) -> Part:
     """A festoon: cloth held at x = -span/2 and span/2, y = 0, that sags by `sag` between, `drop` deep at the middle."""
     s, t = np.linspace(-1, 1, columns + 1)[None, :], np.linspace(0, 1, rows + 1)[:, None]

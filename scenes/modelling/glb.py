@@ -97,31 +97,65 @@ def _material(name: str, finish: Finish, texture: int | None) -> gltf.Material:
     )
 
 
-def write_glb(path: Path, model: Sequence[tuple[str, Part]], finishes: Mapping[str, Finish]) -> int:
-    """Writes `model`, pairs of a finish's name and a part, to `path`; returns the number of triangles.
+FEW, SMALL = 2, 40
+"""Fewer copies than this, or copies of fewer triangles, are written out in full: nodes have their price too."""
 
-    One mesh and one node a finish, textures inside.
+
+def _meshes(parts: Sequence[Part]) -> list[tuple[Part, list[Floats]]]:
+    """`parts` of one finish as meshes and the poses (4, 4) they stand in."""
+    copies: dict[int, list[Part]] = {}
+    for part in parts:
+        copies.setdefault(id(part.prototype) if part.prototype else 0, []).append(part)
+    single = copies.pop(0, [])
+    meshes = []
+    for same in copies.values():
+        prototype = same[0].prototype
+        assert prototype is not None
+        if len(same) < FEW or len(prototype.index) < SMALL:
+            single += same
+        else:
+            meshes.append((prototype, [part.pose for part in same]))
+    return [(merge(single), [np.eye(4)]), *meshes] if single else meshes
+
+
+def _node(name: str, mesh: int, pose: Floats) -> gltf.Node:
+    column_major = (np.round(pose, 6) + 0.0).T.reshape(-1).tolist()
+    return gltf.Node(mesh=mesh, name=name, matrix=None if np.array_equal(pose, np.eye(4)) else column_major)
+
+
+def write_glb(path: Path, model: Sequence[tuple[str, Part]], finishes: Mapping[str, Finish]) -> int:
+    """Writes `model`, pairs of a finish's name and a part, to `path`; returns the number of triangles, copies counted.
+
+    One mesh a finish, and one for each prototype with its copies as nodes; textures inside.
     """
     buffer, textures = _Buffer(), list({id(f.texture): f.texture for f in finishes.values() if f.texture}.values())
-    materials, meshes, triangles = [], [], 0
+    meshes: list[gltf.Mesh] = []
+    nodes: list[gltf.Node] = []
+    materials, triangles = [], 0
     for number, (name, finish) in enumerate(finishes.items()):
-        vertices, index = _welded(merge([part for key, part in model if key == name]))
-        triangles += len(index)
-        attributes = gltf.Attributes(
-            POSITION=buffer.attribute(vertices[:, 0:3], "VEC3", bounds=True),
-            NORMAL=buffer.attribute(vertices[:, 3:6], "VEC3"),
-        )
-        if finish.texture:
-            attributes.TEXCOORD_0 = buffer.attribute(vertices[:, 6:8], "VEC2")
-        primitive = gltf.Primitive(attributes=attributes, indices=buffer.indices(index, len(vertices)), material=number)
-        meshes.append(gltf.Mesh(name=name, primitives=[primitive]))
+        for part, poses in _meshes([part for key, part in model if key == name]):
+            vertices, index = _welded(part)
+            triangles += len(index) * len(poses)
+            attributes = gltf.Attributes(
+                POSITION=buffer.attribute(vertices[:, 0:3], "VEC3", bounds=True),
+                NORMAL=buffer.attribute(vertices[:, 3:6], "VEC3"),
+            )
+            if finish.texture:
+                attributes.TEXCOORD_0 = buffer.attribute(vertices[:, 6:8], "VEC2")
+            indices = buffer.indices(index, len(vertices))
+            nodes += [_node(name, len(meshes), pose) for pose in poses]
+            meshes.append(
+                gltf.Mesh(
+                    name=name, primitives=[gltf.Primitive(attributes=attributes, indices=indices, material=number)]
+                )
+            )
         materials.append(_material(name, finish, textures.index(finish.texture) if finish.texture else None))
     images = [gltf.Image(bufferView=buffer.add(t.data), mimeType=t.mime, name=t.name) for t in textures]
     document = gltf.GLTF2(
         asset=gltf.Asset(version="2.0", generator="many-lights-lab scenes"),
         scene=0,
-        scenes=[gltf.Scene(nodes=list(range(len(meshes))))],
-        nodes=[gltf.Node(mesh=k, name=mesh.name) for k, mesh in enumerate(meshes)],
+        scenes=[gltf.Scene(nodes=list(range(len(nodes))))],
+        nodes=nodes,
         meshes=meshes,
         materials=materials,
         accessors=buffer.accessors,

@@ -56,7 +56,7 @@ def noise(size: int, rng: np.random.Generator, slope: float = 1.0, lowest: float
 
 
 def cells(size: int) -> tuple[Floats, Floats]:
-    """u (columns) and v (rows) of the texels' centres, 0..1, each (size, size)."""
+    """U (columns) and v (rows) of the texels' centres, 0..1, each (size, size)."""
     at = (np.arange(size) + 0.5) / size
     u, v = np.meshgrid(at, at)
     return u, v
@@ -68,7 +68,7 @@ def tint(colour: ArrayLike, shade: Floats) -> Floats:
 
 
 def blend(a: Floats, b: Floats, weight: Floats) -> Floats:
-    """a where `weight` (h, w) is 0, b where it is 1; colours (h, w, 3) or (3,)."""
+    """A where `weight` (h, w) is 0, b where it is 1; colours (h, w, 3) or (3,)."""
     w = np.clip(weight, 0, 1)[..., None]
     return a * (1 - w) + b * w
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -11,19 +11,38 @@ from numpy.typing import ArrayLike, NDArray
 Floats = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Part:
     """Triangles that share one material.
 
     Attributes:
         position: (n, 3) metres.    normal: (n, 3) unit.    uv: (n, 2) in repeats of the texture, v down.
         index: (t, 3) counter-clockwise seen from the front.
+        prototype: the part this one is a copy of, so that the file holds it once.    pose: (4, 4) from it to here.
+
     """
 
     position: Floats
     normal: Floats
     uv: Floats
     index: NDArray[np.int64]
+    prototype: Part | None = None
+    pose: Floats = field(default_factory=lambda: np.eye(4))
+
+    def _placed(self, matrix: Floats) -> Floats:
+        """The pose after a further transform by `matrix` (3, 3) or (4, 4)."""
+        step = np.eye(4)
+        step[: len(matrix), : len(matrix)] = matrix
+        return np.asarray(step @ self.pose)
+
+
+Model = list[tuple[str, Part]]
+"""What a scene is made of: names of finishes, and the parts that have them."""
+
+
+def repeatable(part: Part) -> Part:
+    """`part` as a prototype: its moved, turned and scaled copies are stored as copies."""
+    return replace(part, prototype=part, pose=np.eye(4))
 
 
 def merge(parts: Sequence[Part]) -> Part:
@@ -39,7 +58,9 @@ def merge(parts: Sequence[Part]) -> Part:
 
 def moved(part: Part, x: float = 0, y: float = 0, z: float = 0) -> Part:
     """`part` shifted by (x, y, z) metres."""
-    return replace(part, position=part.position + np.array([x, y, z]))
+    matrix = np.eye(4)
+    matrix[:3, 3] = x, y, z
+    return replace(part, position=part.position + matrix[:3, 3], pose=part._placed(matrix))
 
 
 def turned(part: Part, degrees: float, axis: str = "y") -> Part:
@@ -50,17 +71,29 @@ def turned(part: Part, degrees: float, axis: str = "y") -> Part:
         "y": np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]]),
         "z": np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]),
     }[axis]
-    return replace(part, position=part.position @ matrix.T, normal=part.normal @ matrix.T)
+    pose = part._placed(matrix)
+    return replace(part, position=part.position @ matrix.T, normal=part.normal @ matrix.T, pose=pose)
+
+
+def placed(model: Model, x: float = 0, y: float = 0, z: float = 0, degrees: float = 0) -> Model:
+    """All of `model` turned about +Y, then moved."""
+    return [(name, moved(turned(part, degrees) if degrees else part, x, y, z)) for name, part in model]
+
+
+def mirrored(part: Part) -> Part:
+    """`part` seen in a mirror across the plane x = 0."""
+    flip = np.array([-1.0, 1.0, 1.0])
+    return Part(part.position * flip, part.normal * flip, part.uv, part.index[:, ::-1])
 
 
 def scaled(part: Part, factor: float) -> Part:
     """`part` scaled evenly about the origin."""
-    return replace(part, position=part.position * factor)
+    return replace(part, position=part.position * factor, pose=part._placed(factor * np.eye(3)))
 
 
 def uv_moved(part: Part, u: float, v: float) -> Part:
     """`part` with its texture shifted, so that copies don't look alike."""
-    return replace(part, uv=part.uv + np.array([u, v]))
+    return replace(part, uv=part.uv + np.array([u, v]), prototype=None)
 
 
 def box_mapped(part: Part, metres: float) -> Part:
@@ -72,7 +105,7 @@ def box_mapped(part: Part, metres: float) -> Part:
     x, y, z = (part.position / metres).T
     u = np.choose(axis, [z, x, x])
     v = np.choose(axis, [-y, z, -y])
-    return replace(part, uv=np.stack([u, v], axis=1))
+    return replace(part, uv=np.stack([u, v], axis=1), prototype=None)
 
 
 def smooth_normals(position: Floats, index: NDArray[np.int64]) -> Floats:

@@ -36,7 +36,9 @@ def shrub(height: float, radius: float, count: int, rng: np.random.Generator) ->
         heading = k * golden + rng.uniform(-0.3, 0.3)
         inside = rng.uniform(0.25, 0.75)
         ring = np.sqrt(max(0.0, 1 - up * up)) * inside
-        foot = np.array([ring * radius * np.sin(heading), height * (0.52 + 0.38 * up * inside), ring * radius * np.cos(heading)])
+        foot = np.array(
+            [ring * radius * np.sin(heading), height * (0.52 + 0.38 * up * inside), ring * radius * np.cos(heading)]
+        )
         size = rng.uniform(0.75, 1.1) * radius
         twig = _aimed(frond(size, 0.62 * size, rng.uniform(0.3, 0.8), rng), heading, 0.7 * up + rng.uniform(-0.3, 0.3))
         parts.append(Part(twig.position + foot, twig.normal, twig.uv, twig.index))
@@ -49,7 +51,9 @@ def creeper(length: float, count: int, rng: np.random.Generator, spread: float =
     for k in range(count):
         t = (k + rng.uniform(0, 1)) / count
         size = rng.uniform(0.22, 0.36) * (1.15 - 0.5 * t)
-        twig = _aimed(frond(size, 0.7 * size, rng.uniform(0.9, 1.5), rng, 2), rng.uniform(-1.1, 1.1), rng.uniform(-1.3, -0.3))
+        twig = _aimed(
+            frond(size, 0.7 * size, rng.uniform(0.9, 1.5), rng, 2), rng.uniform(-1.1, 1.1), rng.uniform(-1.3, -0.3)
+        )
         at = np.array([rng.normal() * spread * (1 - 0.6 * t), -t * length, rng.uniform(0, 0.06)])
         parts.append(Part(twig.position + at, twig.normal, twig.uv, twig.index))
     return merge(parts)

@@ -8,8 +8,10 @@ from pathlib import Path
 
 
 def run(make: Callable[[Path], str], script: str) -> None:
-    """Calls `make(folder)` with the folder named on the command line, by default `script`'s own, and prints its report."""
-    parser = argparse.ArgumentParser(description=f"Makes the files of the scene '{Path(script).resolve().parent.name}'.")
+    """Calls `make(folder)` with the folder named on the command line (`script`'s own by default); prints its report."""
+    parser = argparse.ArgumentParser(
+        description=f"Makes the files of the scene '{Path(script).resolve().parent.name}'."
+    )
     parser.add_argument("folder", nargs="?", type=Path, default=Path(script).resolve().parent, help="where to write")
     folder = parser.parse_args().folder
     folder.mkdir(parents=True, exist_ok=True)

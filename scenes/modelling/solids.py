@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Sequence
 
 import numpy as np
@@ -19,6 +20,11 @@ def quad(a: ArrayLike, b: ArrayLike, c: ArrayLike, d: ArrayLike, metres: float =
     return box_mapped(surface(corners, np.zeros((2, 2, 2)), flip=True), metres)
 
 
+def panel(x0: float, x1: float, y0: float, y1: float, z: float, metres: float = 1.0) -> Part:
+    """An upright rectangle that faces +z."""
+    return quad((x0, y0, z), (x1, y0, z), (x1, y1, z), (x0, y1, z), metres)
+
+
 def box(low: Sequence[float], high: Sequence[float], metres: float = 1.0, skip: str = "") -> Part:
     """An axis-parallel box with sharp edges; `skip` names faces to leave out, of "-x +x -y +y -z +z"."""
     (x0, y0, z0), (x1, y1, z1) = low, high
@@ -33,6 +39,11 @@ def box(low: Sequence[float], high: Sequence[float], metres: float = 1.0, skip: 
     return merge([quad(*corners, metres=metres) for name, corners in faces.items() if name not in skip.split()])
 
 
+def facets(*points: tuple[float, float]) -> list[list[tuple[float, float]]]:
+    """A profile through `points` with a sharp edge at each of them."""
+    return [[a, b] for a, b in itertools.pairwise(points)]
+
+
 def curve(points: ArrayLike, samples: int) -> Floats:
     """(samples, 2) points of a Catmull-Rom curve through `points` (k, 2)."""
     p = np.asarray(points, dtype=np.float64)
@@ -41,7 +52,8 @@ def curve(points: ArrayLike, samples: int) -> Floats:
     i = np.minimum(at.astype(int), len(p) - 4)
     t = (at - i)[:, None]
     a, b, c, d = p[i], p[i + 1], p[i + 2], p[i + 3]
-    return 0.5 * (2 * b + (c - a) * t + (2 * a - 5 * b + 4 * c - d) * t**2 + (3 * b - a - 3 * c + d) * t**3)
+    point: Floats = 0.5 * (2 * b + (c - a) * t + (2 * a - 5 * b + 4 * c - d) * t**2 + (3 * b - a - 3 * c + d) * t**3)
+    return point
 
 
 def lathe(
@@ -76,7 +88,7 @@ def sweep(
     """A moulding: profile `pieces` of (across, up) carried along `path`.
 
     `path`, `across`, `up`: (n, 3) each; the two directions span the profile's plane at each point of the path (longer
-    than one for a mitre). The front is along d/dprofile x d/dpath. `sharp` breaks the normals at every point of the path.
+    than one for a mitre). The front is along d/dprofile x d/dpath. `sharp`: an edge at every point of the path.
     """
     origin, a, b = (np.asarray(v, dtype=np.float64) for v in (path, across, up))
     run = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(origin, axis=0), axis=1))]) / metres

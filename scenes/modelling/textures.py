@@ -55,7 +55,11 @@ def ashlar(rng: np.random.Generator) -> Texture:
     worn = 0.006 * noise(size, rng, 0.9, 8)
     joint = _joint(np.minimum(edge_x, edge_y) + worn, 0.022)
     face = _stone(size, rng, WARM * 0.98) * tone[..., None] * (1 + hue[..., None] * np.array([1.0, 0.1, -1.0]))
-    return jpeg("ashlar", blend(face, np.array([0.33, 0.29, 0.23]) * (1 + 0.1 * noise(size, rng, 0.8, 16))[..., None], joint), 78)
+    return jpeg(
+        "ashlar",
+        blend(face, np.array([0.33, 0.29, 0.23]) * (1 + 0.1 * noise(size, rng, 0.8, 16))[..., None], joint),
+        78,
+    )
 
 
 def paving(rng: np.random.Generator) -> Texture:
@@ -94,7 +98,7 @@ def tiles(rng: np.random.Generator) -> Texture:
 def wood(rng: np.random.Generator) -> Texture:
     """Dark oak planks along v; 1.6 m a repeat, 8 planks."""
     size, planks = 512, 8
-    u, v = cells(size)
+    u, _ = cells(size)
     number = np.floor(u * planks).astype(int)
     tone = rng.normal(1, 0.16, planks)[number]
     phase = rng.uniform(0, 1, planks)[number]
@@ -141,12 +145,12 @@ def cobbles(rng: np.random.Generator) -> Texture:
     out = (ex**4 + ey**4) ** 0.25 + 0.05 * noise(size, rng, 1.0, 8)
     dome = 1 - 0.35 * smooth_step(0.3, 0.9, out)
     face = _stone(size, rng, GREY) * (tone * dome)[..., None] * (1 + hue[..., None] * np.array([1.0, 0.0, -1.0]))
-    return jpeg("cobbles", blend(face, np.array([0.07, 0.06, 0.05]), smooth_step(0.84, 0.95, out)), 78)
+    return jpeg("cobbles", blend(face, np.array([0.07, 0.06, 0.05]), smooth_step(0.84, 0.95, out)), 72)
 
 
 def leaves(rng: np.random.Generator) -> Texture:
     """A twig with leaves on a clear ground, foot at the bottom; alpha is 0 or 255."""
-    size, fine = 256, 4
+    size, fine = 160, 6
     mask = Image.new("L", (size * fine, size * fine), 0)
     tone = Image.new("L", (size * fine, size * fine), 128)
     draw, paint = ImageDraw.Draw(mask), ImageDraw.Draw(tone)
@@ -158,7 +162,9 @@ def leaves(rng: np.random.Generator) -> Texture:
         ca, sa = np.cos(heading), np.sin(heading)
         along = np.concatenate([t, t[::-1]]) * length
         aside = np.concatenate([half, -half[::-1]])
-        outline = [((x + a * ca - b * sa) * scale, (y - a * sa - b * ca) * scale) for a, b in zip(along, aside, strict=True)]
+        outline = [
+            ((x + a * ca - b * sa) * scale, (y - a * sa - b * ca) * scale) for a, b in zip(along, aside, strict=True)
+        ]
         draw.polygon(outline, fill=255)
         paint.polygon(outline, fill=shade)
         paint.line([outline[0], outline[16]], fill=min(255, shade + 50), width=fine * 2)
@@ -179,10 +185,10 @@ def leaves(rng: np.random.Generator) -> Texture:
 
 
 DYES = {
-    "red": (0.50, 0.022, 0.018),
-    "blue": (0.022, 0.075, 0.36),
-    "green": (0.028, 0.20, 0.055),
-    "ochre": (0.62, 0.30, 0.03),
+    "red": (0.34, 0.011, 0.010),
+    "blue": (0.018, 0.06, 0.31),
+    "green": (0.022, 0.15, 0.045),
+    "ochre": (0.40, 0.155, 0.010),
 }
 """The cloths of :func:`cloth`, left to right, a quarter of the texture each."""
 
@@ -193,7 +199,7 @@ def cloth(rng: np.random.Generator) -> Texture:
     u, v = cells(size)
     weave = 1 + 0.06 * noise(size, rng, 0.2, 60, stretch=4) + 0.06 * noise(size, rng, 0.2, 60, stretch=0.25)
     worn = 1 + 0.07 * noise(size, rng, 1.4, 2)
-    gold, cream = np.array([0.68, 0.43, 0.10]), np.array([0.70, 0.62, 0.46])
+    gold, cream = np.array([0.50, 0.28, 0.05]), np.array([0.70, 0.62, 0.46])
     x, number = u * count % 1, np.floor(u * count).astype(int)
     face = np.array(list(DYES.values()))[number]
     aspect = 3.0  # a banner is this much longer than wide
@@ -212,10 +218,15 @@ def cloth(rng: np.random.Generator) -> Texture:
     return jpeg("cloth", face * (weave * worn)[..., None], 84)
 
 
+AWNINGS = ((0.50, 0.03, 0.025), (0.03, 0.10, 0.34), (0.04, 0.22, 0.09), (0.60, 0.28, 0.03))
+"""Dyes of the bands of :func:`stripes`, top to bottom."""
+
+
 def stripes(rng: np.random.Generator) -> Texture:
-    """Awning cloth: eight stripes a repeat, dyed against cream."""
-    size = 256
-    u, _ = cells(size)
-    dyed = smooth_step(-0.05, 0.05, np.sin(2 * np.pi * 4 * u))
+    """Awning cloth: a quarter of the texture's height for each of :data:`AWNINGS`, striped with cream along u."""
+    size = 512
+    u, v = cells(size)
+    dyed = smooth_step(-0.05, 0.05, np.sin(2 * np.pi * 3 * u))
     weave = 1 + 0.05 * noise(size, rng, 0.3, 20) + 0.06 * noise(size, rng, 1.2, 2)
-    return jpeg("stripes", blend(np.array([0.68, 0.62, 0.5]), np.array([0.85, 0.85, 0.85]) * 0.16, dyed) * weave[..., None], 82)
+    dye = np.array(AWNINGS)[np.floor(v * len(AWNINGS)).astype(int)]
+    return jpeg("stripes", blend(np.broadcast_to([0.68, 0.62, 0.5], dye.shape), dye, dyed) * weave[..., None], 82)

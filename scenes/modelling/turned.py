@@ -25,7 +25,7 @@ def _hollow(low: float, high: float, y: float, size: float, steps: int = 4) -> F
     return np.stack([low + (high - low) * t - 0.35 * size * np.sin(turn), y + size * t], axis=1)
 
 
-def column(height: float, radius: float, segments: int = 20) -> Part:
+def column(height: float, radius: float, segments: int = 18) -> Part:
     """A column with square plinth, attic base, swelling shaft, a capital of leaves and a square abacus on top."""
     r = radius
     plinth, abacus = 0.45 * r, 0.4 * r
@@ -58,14 +58,14 @@ def column(height: float, radius: float, segments: int = 20) -> Part:
         [
             box((-foot, 0, -foot), (foot, plinth, foot), STONE, skip="-y"),
             lathe([*attic, shaft, _bead(neck, y2, 0.2 * r, 3)], segments, STONE),
-            lathe([capital], 32, STONE, leaves),
+            lathe([capital], 24, STONE, leaves),
             box((-side, y3, -side), (side, y3 + 0.55 * abacus, side), STONE, skip="+y"),
             box((-1.08 * side, y3 + 0.55 * abacus, -1.08 * side), (1.08 * side, height, 1.08 * side), STONE, skip="+y"),
         ]
     )
 
 
-def baluster(height: float, radius: float, segments: int = 7) -> Part:
+def baluster(height: float, radius: float, segments: int = 6) -> Part:
     """A turned baluster."""
     profile = [(0.75, 0), (0.72, 0.1), (0.42, 0.15), (1.0, 0.36), (0.62, 0.62), (0.4, 0.82), (0.75, 0.92), (0.72, 1)]
     return lathe([np.asarray(profile) * np.array([radius, height])], segments, STONE)
@@ -74,21 +74,34 @@ def baluster(height: float, radius: float, segments: int = 7) -> Part:
 def pot(radius: float, height: float) -> tuple[Part, Part]:
     """A planter with a rolled rim, and the earth in it."""
     r, h = radius, height
-    outside = curve([(0.55 * r, 0.0), (0.62 * r, 0.06 * h), (0.86 * r, 0.4 * h), (0.97 * r, 0.8 * h), (0.94 * r, 0.88 * h)], 10)
+    outside = curve(
+        [(0.55 * r, 0.0), (0.62 * r, 0.06 * h), (0.86 * r, 0.4 * h), (0.97 * r, 0.8 * h), (0.94 * r, 0.88 * h)], 10
+    )
     foot = np.array([(0.7 * r, 0.0), (0.7 * r, 0.05 * h), (0.6 * r, 0.07 * h)])
     rim = np.concatenate([_bead(0.98 * r, 0.86 * h, 0.14 * h), [[0.88 * r, h], [0.86 * r, 0.84 * h]]])
     earth = lathe([np.array([(0.87 * r, 0.9 * h), (0.001, 0.93 * h)])], 20, 0.5)
-    return lathe([foot, outside, rim], 24, 1.0), earth
+    return lathe([foot, outside, rim], 18, 1.0), earth
 
 
 def amphora(height: float) -> Part:
     """A clay jar with two handles."""
     h = height
     body = curve(
-        [(0.10, 0), (0.13, 0.04), (0.24, 0.3), (0.27, 0.55), (0.2, 0.75), (0.09, 0.86), (0.085, 0.95), (0.13, 1.0), (0.1, 0.99)], 18
+        [
+            (0.10, 0),
+            (0.13, 0.04),
+            (0.24, 0.3),
+            (0.27, 0.55),
+            (0.2, 0.75),
+            (0.09, 0.86),
+            (0.085, 0.95),
+            (0.13, 1.0),
+            (0.1, 0.99),
+        ],
+        14,
     )
     handle = moved(turned(ring(0.085 * h, 0.018 * h, 8, 5), 0), 0.13 * h, 0.83 * h, 0)
-    return merge([lathe([body * h], 16, 1.0), handle, turned(handle, 180)])
+    return merge([lathe([body * h], 14, 1.0), handle, turned(handle, 180)])
 
 
 def fountain(radius: float) -> tuple[Part, Part]:
@@ -121,10 +134,10 @@ def fountain(radius: float) -> tuple[Part, Part]:
     def scallops(angle: Floats, y: Floats) -> Floats:
         return 1 + 0.035 * np.abs(np.cos(7 * angle)) * np.clip((y - 1.42) / 0.2, 0, 1) * (y < 1.79)
 
-    stone = merge([basin, lathe([stem, finial], 24, STONE), lathe([bowl], 56, STONE, scallops), lathe([lip], 56, STONE)])
-    water = merge(
-        [lathe([[(0.9 * r, 0.56), (0.001, 0.56)]], 8, 1.0), lathe([[(0.68, 1.79), (0.001, 1.79)]], 24, 1.0)]
+    stone = merge(
+        [basin, lathe([stem, finial], 24, STONE), lathe([bowl], 56, STONE, scallops), lathe([lip], 56, STONE)]
     )
+    water = merge([lathe([[(0.9 * r, 0.56), (0.001, 0.56)]], 8, 1.0), lathe([[(0.68, 1.79), (0.001, 1.79)]], 24, 1.0)])
     return turned(stone, 22.5), turned(water, 22.5)
 
 

@@ -24,8 +24,8 @@ def image(height, width, channels, low, high):
 
 
 @st.composite
-def parameters(draw):
-    sigmas = {f"sigma_{name}": draw(SIGMAS) for name in ("shadow", "normal", "position", "plane")}
+def parameters(draw, sigma=SIGMAS):
+    sigmas = {f"sigma_{name}": draw(sigma) for name in ("shadow", "normal", "position", "plane")}
     return Params(filter=draw(st.sampled_from(["atrous", "atrous_plane", "bilateral"])), **sigmas)
 
 
@@ -82,7 +82,7 @@ def test_ratio_stays_inside_its_range(frame, params, seed):
             assert not shadowed[..., channel].any()
             continue
         low, high = ratio[some, channel].min(), ratio[some, channel].max()
-        slack = 1e-5 * filtered[..., channel]
+        slack = 1e-5 * filtered[..., channel] + 2e-6 * weight.max()  # float32 rounding of the sums
         assert (shadowed[..., channel] <= high * filtered[..., channel] + slack).all()
         assert (shadowed[..., channel] >= low * filtered[..., channel] - slack).all()
         assert (filtered[some, channel] > 0).all()
@@ -97,19 +97,30 @@ def test_signals_stay_inside_their_range(frame, params):
         assert (after <= before.max() + slack).all() and (after >= before.min() - slack).all()
 
 
-@given(frames(extent=2.0, brightest=4.0), parameters(), st.sampled_from(["columns", "rows", "transposed"]))
+@given(
+    st.integers(1, 40),
+    st.integers(1, 40),
+    parameters(st.one_of(st.just("none"), st.floats(0.1, 10.0))),
+    st.sampled_from(["columns", "rows", "transposed"]),
+    st.integers(0, 2**32 - 1),
+)
 @settings(max_examples=60, deadline=None)
-def test_a_mirrored_picture_gives_the_mirrored_result(frame, params, how):
-    gbuffer, signals = frame
+def test_a_mirrored_picture_gives_the_mirrored_result(height, width, params, how, seed):
+    """On well-conditioned frames: tiny sigmas turn the last bit of a guide into a weight of 0 or 1."""
+    rng = np.random.default_rng(seed)
+    position, normal, area = (rng.random((height, width, 3), dtype=np.float32) for _ in range(3))
+    depth = rng.choice(np.float32([0.0, 1.0, 1.5]), (height, width))
+    signals = [rng.random((height, width, 1), dtype=np.float32) for _ in range(2)] + [area]
 
     def mirrored(array):
         if how == "transposed":
             return np.ascontiguousarray(np.swapaxes(array, 0, 1))
         return np.ascontiguousarray(np.flip(array, 1 if how == "columns" else 0))
 
-    pixels = (mirrored(getattr(gbuffer, name)) for name in ("position", "normal", "depth"))
-    position, normal, depth = pixels
-    flipped = GBuffer(position, normal, normal, normal, normal, depth, gbuffer.pixel_angle)
-    expected = fused(gbuffer, signals, params)
-    for result, signal in zip(fused(flipped, [mirrored(s) for s in signals], params), expected, strict=True):
-        np.testing.assert_allclose(result, mirrored(signal), rtol=0, atol=2e-4)
+    def filtered(position, normal, depth, signals):
+        return fused(GBuffer(position, normal, normal, normal, normal, depth, 0.1), signals, params)
+
+    expected = filtered(position, normal, depth, signals)
+    result = filtered(*map(mirrored, (position, normal, depth)), list(map(mirrored, signals)))
+    for after, before in zip(result, expected, strict=True):
+        np.testing.assert_allclose(after, mirrored(before), rtol=0, atol=1e-4)

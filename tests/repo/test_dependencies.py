@@ -6,6 +6,8 @@ import re
 import sys
 import tomllib
 from importlib.metadata import version
+from itertools import chain
+from pathlib import Path
 
 import pytest
 
@@ -13,7 +15,7 @@ from .project import ROOT, imports, sources, text
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 EXTRAS: dict[str, list[str]] = PROJECT["project"]["optional-dependencies"]
-DECLARED = [need for need in [*PROJECT["project"]["dependencies"], *sum(EXTRAS.values(), [])] if "[" not in need]
+DECLARED = [need for need in chain(PROJECT["project"]["dependencies"], *EXTRAS.values()) if "[" not in need]
 
 # Import names that differ from the package's name.
 PACKAGES = {"PIL": "pillow"}
@@ -52,6 +54,12 @@ def test_everything_imported_is_declared() -> None:
             assert PACKAGES.get(name, name).lower() in declared, f"{path} imports {name}, which pyproject.toml lacks"
 
 
+def test_one_version() -> None:
+    import lab
+
+    assert lab.__version__ == PROJECT["project"]["version"] == version("many-lights-lab")
+
+
 def test_one_python_floor() -> None:
     floor = PROJECT["project"]["requires-python"].removeprefix(">=")
     assert PROJECT["tool"]["ruff"]["target-version"] == f"py{floor.replace('.', '')}"
@@ -65,9 +73,5 @@ def test_one_python_floor() -> None:
 def test_one_cmake_floor() -> None:
     need = next(need for need in PROJECT["build-system"]["requires"] if need.startswith("cmake"))
     floor = re.search(r">=([\d.]+)", need)
-    stated = re.search(r"cmake_minimum_required\(VERSION ([\d.]+)", text(sources_cmake()))
+    stated = re.search(r"cmake_minimum_required\(VERSION ([\d.]+)", text(Path("core_cpp/CMakeLists.txt")))
     assert floor and stated and floor[1] == stated[1]
-
-
-def sources_cmake():
-    return next(path for path in sources(".txt", under="core_cpp") if path.name == "CMakeLists.txt")

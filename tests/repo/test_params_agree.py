@@ -45,7 +45,10 @@ def test_the_core_has_the_same_defaults_and_types() -> None:
 
 @pytest.mark.parametrize("name", [name for name, setting in SETTINGS.items() if setting.kind is str])
 def test_choices_are_spelled_alike(name: str) -> None:
+    from lab import _core
+
     assert header_words(header_fields()[name][0]) == list(SETTINGS[name].choices)
+    assert list(_core.choices()[name]) == list(SETTINGS[name].choices)
 
 
 def test_the_settings_that_people_see_are_all_and_only_these() -> None:

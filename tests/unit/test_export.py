@@ -101,7 +101,7 @@ def test_vtm_without_pyvista_names_the_extra(
     tmp_path: Path, hierarchy: Hierarchy, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
-    with pytest.raises(LabError, match=r"many-lights-lab\[gui\]"):
+    with pytest.raises(LabError, match="make setup EXTRA=gui"):
         export_hierarchy(tmp_path / "h.vtm", hierarchy, METADATA)
 
 

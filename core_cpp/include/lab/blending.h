@@ -1,7 +1,7 @@
 // Blending functions B_l of the levels: a partition of unity over distance (LY19 2.2, Figure 2).
 #pragma once
 
-#include <algorithm>
+#include "lab/select.h"
 
 namespace lab {
 
@@ -20,7 +20,7 @@ inline Blend make_blend(float blend_radius, bool first, bool top) {
 inline float blend_weight(const Blend& blend, float distance) {
     const float up = blend.up_slope * distance + blend.up_start;
     const float down = blend.down_slope * distance + blend.down_start;
-    return std::max(0.0f, std::min(1.0f, std::min(up, down)));
+    return larger(0.0f, smaller(1.0f, smaller(up, down)));
 }
 
 }  // namespace lab

@@ -10,6 +10,7 @@
 #include "lab/lobe.h"
 #include "lab/params.h"
 #include "lab/records.h"
+#include "lab/select.h"
 
 namespace lab {
 
@@ -51,7 +52,7 @@ inline LightTerm light_term(const HierarchyView& h, std::size_t i, int level, co
 
 // E[max(0, t)] of a Gaussian with mean t and deviation s.
 inline float softened_cosine(float t, float s) {
-    if (!(s > 0)) return std::max(0.0f, t);
+    if (!(s > 0)) return larger(0.0f, t);
     const float z = t / s;
     return t * 0.5f * std::erfc(-z * std::numbers::sqrt2_v<float> / 2) +
            s * std::exp(-0.5f * z * z) * (std::numbers::inv_sqrtpi_v<float> / std::numbers::sqrt2_v<float>);
@@ -67,15 +68,15 @@ inline Received receive(const LightTerm& light, float clamp2, float px, float py
                         float nz) {
     const float vx = light.position.x - px, vy = light.position.y - py, vz = light.position.z - pz;
     const float d2 = vx * vx + vy * vy + vz * vz;
-    const float inverse = 1.0f / std::sqrt(std::max(d2, std::numeric_limits<float>::min()));
+    const float inverse = 1.0f / std::sqrt(larger(d2, std::numeric_limits<float>::min()));
     const float distance = d2 * inverse;
     float cosine = (nx * vx + ny * vy + nz * vz) * inverse;
     if constexpr (soft) {
         const float sx = nx * light.deviation.x, sy = ny * light.deviation.y, sz = nz * light.deviation.z;
         const float spread = std::sqrt(sx * sx + sy * sy + sz * sz) * inverse;
-        cosine = distance > light.inner_radius ? softened_cosine(cosine, spread) : std::max(0.0f, cosine);
+        cosine = distance > light.inner_radius ? softened_cosine(cosine, spread) : larger(0.0f, cosine);
     } else {
-        cosine = std::max(0.0f, cosine);
+        cosine = larger(0.0f, cosine);
     }
     const float emitted = emission(light.lobe, -vx, -vy, -vz, inverse);
     const float falloff = clamped ? falloff_clamped(d2, clamp2) : falloff_softened(d2, clamp2);

@@ -1,7 +1,7 @@
 // Geometry term G of a point light: the inverse square, kept finite (LY19 2.1).
 #pragma once
 
-#include <algorithm>
+#include "lab/select.h"
 #include <limits>
 
 #include "lab/params.h"
@@ -10,11 +10,11 @@ namespace lab {
 
 // c2 = squared clamp distance. A light in the very point it lights has cosine 0, so G only needs to be finite.
 inline float falloff_clamped(float d2, float c2) {
-    return 1.0f / std::max(std::max(d2, c2), std::numeric_limits<float>::min());
+    return 1.0f / larger(larger(d2, c2), std::numeric_limits<float>::min());
 }
 
 inline float falloff_softened(float d2, float c2) {
-    return 1.0f / std::max(d2 + c2, std::numeric_limits<float>::min());
+    return 1.0f / larger(d2 + c2, std::numeric_limits<float>::min());
 }
 
 }  // namespace lab

@@ -6,9 +6,10 @@
 
 namespace lab {
 
-// The pixel that a tap at `x` (any integer) reads in a row of `length` pixels: x itself inside, reflected outside.
-// A pass of step s sees s separate sub-images, the pixels of each residue modulo s, and reflects inside its own
-// (without repeating the edge; again and again where a sub-image is short). -1: the residue has no pixel at all.
+// The pixel that a tap at `x` (any integer) reads in a row of `length` pixels: x itself inside, reflected
+// outside. A pass of step s sees s separate sub-images, the pixels of each residue modulo s, and reflects
+// inside its own (without repeating the edge; again and again where a sub-image is short). -1: the residue
+// has no pixel at all.
 inline int reflected(int x, int step, int length) {
     const int residue = ((x % step) + step) % step;
     if (residue >= length) return -1;
@@ -33,6 +34,9 @@ class Planes {
     int width() const { return width_; }
     int height() const { return height_; }
     int count() const { return count_; }
+
+    // Threads cost more than they bring to a tiny picture.
+    bool worth_threads() const { return width_ * height_ >= 4096; }
 
     float* row(int plane, int y) { return values_.data() + start(plane, y); }
     const float* row(int plane, int y) const { return values_.data() + start(plane, y); }

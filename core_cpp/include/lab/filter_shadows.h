@@ -11,7 +11,7 @@ namespace lab {
 
 // Row-major (H, W, channels) signals as they come from trace_shadow_rays.
 struct ShadowSignalView {
-    int channels;                              // 1, or 3 for ratio_rgb
+    int channels;                             // 1, or 3 for ratio_rgb
     std::span<const float> shadowed, weight;  // (H, W, channels)
     std::span<const vec3> area;               // (H, W)
 };

@@ -10,7 +10,7 @@ namespace lab {
 
 // Weights are exp(-e) = 2^-t. Guides are stored times sqrt(log2(e) / 2), so that t is their squared distance.
 inline constexpr float guide_scale = 0.849321800f;
-inline constexpr float guide_limit = 1e18f;   // larger guides count as this: a squared distance stays finite
+inline constexpr float guide_limit = 1e18f;    // larger guides count as this: a squared distance stays finite
 inline constexpr float weight_limit = 100.0f;  // 2^-100 and less is no weight
 inline constexpr float never = 1e30f;          // a distance that leaves no weight
 
@@ -42,7 +42,9 @@ struct JointGuide {
 
     void weigh(const TapRow& tap, float* weight) const {
         const auto p = [&](const Planes& planes, int i) { return planes.row(i, tap.row_p) + tap.x; };
-        const auto q = [&](const Planes& planes, int i) { return planes.row(i, tap.row_q) + tap.x + tap.shift; };
+        const auto q = [&](const Planes& planes, int i) {
+            return planes.row(i, tap.row_q) + tap.x + tap.shift;
+        };
         const float *vp = p(value, 0), *vq = q(value, 0);
         const float *ap = p(geometry, 0), *aq = q(geometry, 0), *bp = p(geometry, 1), *bq = q(geometry, 1);
         const float *cp = p(geometry, 2), *cq = q(geometry, 2), *xp = p(geometry, 3), *xq = q(geometry, 3);
@@ -65,7 +67,9 @@ struct PlaneGuide {
 
     void weigh(const TapRow& tap, float* weight) const {
         const auto p = [&](const Planes& planes, int i) { return planes.row(i, tap.row_p) + tap.x; };
-        const auto q = [&](const Planes& planes, int i) { return planes.row(i, tap.row_q) + tap.x + tap.shift; };
+        const auto q = [&](const Planes& planes, int i) {
+            return planes.row(i, tap.row_q) + tap.x + tap.shift;
+        };
         const float *vp = p(value, 0), *vq = q(value, 0);
         const float *ap = p(geometry, 0), *aq = q(geometry, 0), *bp = p(geometry, 1), *bq = q(geometry, 1);
         const float *cp = p(geometry, 2), *cq = q(geometry, 2), *xp = p(geometry, 3), *xq = q(geometry, 3);

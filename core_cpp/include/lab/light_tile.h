@@ -1,4 +1,5 @@
-// A tile of pixels being lit: structure of arrays, one SIMD lane a pixel, picks kept beside the sums.
+// A tile of pixels being lit: structure of arrays, one SIMD lane a pixel, picks kept beside the sums. The tile's pixels
+// are sorted in space into groups of one vector each, and every light is evaluated by the groups that can see it.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +10,7 @@
 
 namespace lab {
 
-inline constexpr int tile_pixels = 256;
+inline constexpr int group_lanes = 16, tile_groups = 16, tile_pixels = group_lanes * tile_groups;
 
 // How shadow samples are picked while lights stream by.
 struct PickSettings {
@@ -19,23 +20,29 @@ struct PickSettings {
     std::uint32_t key;  // of the frame
 };
 
-class LightTile {
+// Bounds of each group's points and normals, as planes over groups so that all groups are tested at once.
+struct alignas(64) GroupBounds {
+    float low[3][tile_groups], high[3][tile_groups], normal_low[3][tile_groups], normal_high[3][tile_groups];
+
+    void set(int group, const Box& points, const Box& normals);
+};
+
+class alignas(64) LightTile {
   public:
     LightTile(const LightSettings& light, const PickSettings& picks);
 
-    // Takes the pixels that see a surface. `pixel`: their rows in the G-buffer.
-    void load(const GBufferView& gbuffer, const std::vector<std::uint32_t>& pixel);
+    // Takes the pixels that see a surface. `pixel`: their rows in the G-buffer; they come back in the tile's order.
+    void load(const GBufferView& gbuffer, std::vector<std::uint32_t>& pixel);
     int count() const { return count_; }
     const Box& box() const { return box_; }
 
-    // A light can be skipped where no pixel of the tile can see any of it.
-    bool may_be_lit(const LightTerm& light, bool flat, float outer_radius) const;
-    // Adds a light to every pixel's sums, counts and reservoirs.
-    void add(const LightTerm& light, std::uint32_t merged_index);
-    // From here on picks are made among the coming lights alone, unless none of them contributes.
-    void restart_picks();
     // Counts a light in the overdraw of the pixels inside its cube; returns false where it covers none.
     bool count_overdraw(const vec3& position, float half_edge, bool everywhere);
+    // Adds a light to the sums, counts and reservoirs of the groups that can see it. `outer_radius`: where its blend
+    // ends. `flat`: it emits around one normal only.
+    void add(const LightTerm& light, std::uint32_t merged_index, float outer_radius, bool flat);
+    // From here on picks are made among the coming lights alone, unless none of them contributes.
+    void restart_picks();
 
     // Results of the level since the last call, by loaded pixel.
     void take_counts(std::uint32_t* overdraw, std::uint32_t* used);
@@ -45,23 +52,26 @@ class LightTile {
     float pick_weight(int sample, int i) const { return pick_weight_[sample * tile_pixels + i]; }
 
   private:
-    using Lane = float[tile_pixels];
+    // The lanes come first: whole vectors each, so all of them start on a vector's boundary. (alignas on each member
+    // would give their elements a type that GCC 12 does not vectorise.)
+    float px_[tile_pixels], py_[tile_pixels], pz_[tile_pixels], nx_[tile_pixels], ny_[tile_pixels], nz_[tile_pixels];
+    float red_[tile_pixels], green_[tile_pixels], blue_[tile_pixels], sum_[tile_pixels], earlier_sum_[tile_pixels];
+    std::uint32_t used_[tile_pixels], overdraw_[tile_pixels], pixel_[tile_pixels];
+    GroupBounds bounds_;
+    std::uint32_t covers_group_[tile_groups];
     LightSettings light_;
     PickSettings picks_;
-    int count_ = 0, padded_ = 0;
-    Box box_, normals_;
-    std::uint32_t covers_all_ = 0;
-    alignas(64) Lane px_, py_, pz_, nx_, ny_, nz_;
-    alignas(64) Lane red_, green_, blue_, target_, sum_, earlier_sum_;
-    alignas(64) Lane take_, taken_scale_, kept_scale_;
-    alignas(64) std::uint32_t used_[tile_pixels], overdraw_[tile_pixels], pixel_[tile_pixels];
+    int count_ = 0, groups_ = 0;
+    Box box_;
     std::vector<float> state_, pick_weight_;  // per sample: the reservoir's uniform, or the race's smallest key
     std::vector<std::int32_t> pick_;
 
+    // Which groups can see any of the light.
+    void find_groups(const LightTerm& light, float outer_radius, bool flat, std::int32_t (&sees)[tile_groups]) const;
     template <bool soft, bool clamped>
-    float add_light(const LightTerm& light);
-    void pick_by_reservoir(std::uint32_t merged_index);
-    void pick_by_race(std::uint32_t merged_index);
+    float add_to_group(const LightTerm& term, int first, float (&target)[group_lanes]);
+    void pick_by_reservoir(std::uint32_t merged_index, int first, const float (&target)[group_lanes]);
+    void pick_by_race(std::uint32_t merged_index, int first, const float (&target)[group_lanes]);
 };
 
 }  // namespace lab

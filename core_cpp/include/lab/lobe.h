@@ -1,12 +1,12 @@
 // Emission of a grid light toward a direction, from the moments of its members' normals.
 #pragma once
 
-#include <algorithm>
 #include <cmath>
 #include <glm/glm.hpp>
 
 #include "lab/params.h"
 #include "lab/records.h"
+#include "lab/select.h"
 
 namespace lab {
 
@@ -35,7 +35,7 @@ inline EmissionLobe make_lobe(Lobe kind, const glm::vec3& m, const Symmetric& M,
         lobe.moment = {s * M.xx, s * M.yy, s * M.zz, s * M.xy, s * M.xz, s * M.yz};
     } else {
         lobe.mean = m;
-        if (kind == Lobe::mean_energy) lobe.constant = 0.25f * std::max(0.0f, 1.0f - glm::length(m));
+        if (kind == Lobe::mean_energy) lobe.constant = 0.25f * larger(0.0f, 1.0f - glm::length(m));
     }
     return lobe;
 }
@@ -46,8 +46,10 @@ inline float emission(const EmissionLobe& lobe, float vx, float vy, float vz, fl
     const float square = vx * (M.xx * vx + 2.0f * (M.xy * vy + M.xz * vz)) +
                          vy * (M.yy * vy + 2.0f * M.yz * vz) + vz * (M.zz * vz);
     const float along = lobe.mean.x * vx + lobe.mean.y * vy + lobe.mean.z * vz;
-    const float root = std::sqrt(std::max(0.0f, square));
-    return std::max(0.0f, (along + root) * inverse_length) + lobe.constant;
+    const float root = std::sqrt(larger(0.0f, square));
+    // Behind a light of one normal the two cancel but for rounding: that is no light.
+    const float sum = along + root;
+    return (sum > 2e-6f * root ? sum * inverse_length : 0.0f) + lobe.constant;
 }
 
 }  // namespace lab

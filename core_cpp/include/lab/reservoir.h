@@ -1,10 +1,11 @@
 // Picking shadow samples from a stream of lights (LY19 3.3, appendix A).
 #pragma once
 
-#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+
+#include "lab/select.h"
 
 namespace lab {
 
@@ -25,7 +26,7 @@ inline ReservoirStep reservoir_step(float before, float f) {
 inline void reservoir_decide(const ReservoirStep& step, std::int32_t light, float& uniform, std::int32_t& pick) {
     const bool take = uniform < step.take;
     const float next = take ? uniform * step.taken_scale : (uniform - step.take) * step.kept_scale;
-    uniform = std::max(0.0f, std::min(next, 0x1.fffffep-1f));
+    uniform = larger(0.0f, smaller(next, 0x1.fffffep-1f));
     pick = take ? light : pick;
 }
 

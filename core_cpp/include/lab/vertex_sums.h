@@ -52,7 +52,8 @@ struct VertexSums {
         add_flux(light, w);
         weight += Number::term(w * light.weight);
         const float m = w * (by_luminance ? light.luminance : light.weight);
-        moment_weight += Number::term(m);
+        const Sum counts = Number::term(m);
+        moment_weight += counts;
         for (int c = 0; c < 3; ++c) {
             position[c] += Number::term(m * offset[c]);
             square[c] += Number::term(m * (offset[c] * offset[c] + light.variance[c]));
@@ -61,7 +62,7 @@ struct VertexSums {
         const Symmetric& M = light.normal_moment;
         const float terms[6] = {M.xx, M.yy, M.zz, M.xy, M.xz, M.yz};
         for (int c = 0; c < 6; ++c) normal_moment[c] += Number::term(m * terms[c]);
-        oriented = oriented || light.oriented;
+        oriented = oriented || (light.oriented && counts > 0);
     }
 };
 
