@@ -102,7 +102,11 @@ elif "$venv/bin/uv" --version >/dev/null 2>&1 || "${pip[@]}" install -q uv 2>/de
     uv=("$venv/bin/uv")
 fi
 install() {
-    if [ ${#uv[@]} -gt 0 ] && "${uv[@]}" pip install --python "$venv/bin/python" "$@"; then return; fi
+    if [ ${#uv[@]} -gt 0 ]; then
+        "${uv[@]}" pip install --python "$venv/bin/python" "$@" && return
+        say "uv did not succeed (above); trying pip"
+        uv=()
+    fi
     "${pip[@]}" install "$@"
 }
 

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from lab.engine.engine import Engine, create_engine
+from lab.engine.memory import check_memory
 from lab.errors import LabError
 from lab.frame import Progress, render_frame
 from lab.params import Params
@@ -37,8 +38,11 @@ def render(
     if size[0] < 1 or size[1] < 1:
         raise LabError(f"size: both sides must be at least one pixel, got {size[0]}x{size[1]}")
     chosen = scene.camera(camera) if isinstance(camera, str) else camera
+    params = params or Params()
+    lights = params.vpls if scene.light_list is None else len(scene.light_list)
+    check_memory(lights, size, params)
     ready = create_engine(engine, scene) if isinstance(engine, str) else engine
-    return render_frame(ready, chosen, size, params or Params(), progress)
+    return render_frame(ready, chosen, size, params, progress)
 
 
 def irradiance(

@@ -7,6 +7,7 @@
 
 #include "arrays.h"
 #include "bind.h"
+#include "lab/direct_light.h"
 
 namespace lab::bind {
 namespace {
@@ -93,6 +94,20 @@ py::array visible(const Scene& scene, const py::object& origin, const py::object
     return to_numpy(std::move(free));
 }
 
+// As shadow samples look: from just off a surface point, on the side of its normal, to each target.
+py::array visible_from(const Scene& scene, const py::object& point, const py::object& side, const py::object& targets) {
+    const vec3 p = view<vec3>(point, "point", 1)[0], n = view<vec3>(side, "side", 1)[0];
+    const auto q = view<vec3>(targets, "targets");
+    std::vector<Ray> rays;
+    for (const vec3& target : q) rays.push_back(shadow_ray(scene, {p, n, n}, target));
+    std::vector<std::uint8_t> free(rays.size());
+    {
+        const py::gil_scoped_release release;
+        scene.rays().visible(rays, free, Coherence::incoherent);
+    }
+    return to_numpy(std::move(free));
+}
+
 }  // namespace
 
 void bind_scene(py::module_& m) {
@@ -108,7 +123,8 @@ void bind_scene(py::module_& m) {
              py::arg("material_of"), py::arg("scene"))
         .def_property_readonly("radius", &Scene::radius, "Of the sphere around the geometry, R.")
         .def("intersect", &intersect, py::arg("origin"), py::arg("direction"))
-        .def("visible", &visible, py::arg("origin"), py::arg("target"));
+        .def("visible", &visible, py::arg("origin"), py::arg("target"))
+        .def("visible_from", &visible_from, py::arg("point"), py::arg("side"), py::arg("targets"));
 }
 
 }  // namespace lab::bind

@@ -34,13 +34,12 @@ std::vector<LightRows> deal_level(const HierarchyView& h, int level, const Param
 // One level's lights, added to one tile of pixels.
 void light_level(LightTile& tile, const LightRows& rows, const HierarchyView& h, int level, float scale,
                  const LightSettings& settings) {
-    const bool top = level == h.top(), input = level == 0;
+    const bool top = level == h.top();
     const float outer = 2 * blend_radius(h, level, settings);
     const auto visit = [&](std::uint32_t i) {
         if (!tile.count_overdraw(h.position[i], outer, top)) return;
         const LightTerm term = light_term(h, i, level, settings, scale);
-        const bool flat = input && h.oriented[i] != 0 && settings.lobe != Lobe::mean_energy;
-        tile.add(term, i, top ? std::numeric_limits<float>::max() / 4 : outer, flat);
+        tile.add(term, i, top ? std::numeric_limits<float>::max() / 4 : outer);
     };
     if (top)
         std::for_each(rows.lights().begin(), rows.lights().end(), visit);

@@ -135,10 +135,9 @@ bool LightTile::count_overdraw(const vec3& position, float half_edge, bool every
     return any;
 }
 
-void LightTile::find_groups(const LightTerm& light, float outer_radius, bool flat,
-                            std::int32_t (&sees)[tile_groups]) const {
+void LightTile::find_groups(const LightTerm& light, float outer_radius, std::int32_t (&sees)[tile_groups]) const {
     // Bounds over every vector from a point of a group to the light: its squared length, its largest reach, how far
-    // it rises above the receivers' horizon and how far ahead of the light's one normal it starts.
+    // the light rises above the receivers' horizon, and how far they stand before the light.
     float least2[tile_groups] = {}, most2[tile_groups] = {}, reach[tile_groups] = {};
     float above[tile_groups] = {}, ahead[tile_groups] = {};
     for (int a = 0; a < 3; ++a) {
@@ -158,7 +157,7 @@ void LightTile::find_groups(const LightTerm& light, float outer_radius, bool fla
     const float slack = 1e-5f;  // for rounding: a group is left out only where surely nothing arrives
     const float outer2 = outer_radius * outer_radius * (1 + slack);
     const float inner2 = light.blend.up_slope > 0 ? light.inner_radius * light.inner_radius * (1 - slack) : -1.0f;
-    const std::int32_t any_horizon = light_.receiver == Receiver::soft, any_side = !flat;
+    const std::int32_t any_horizon = light_.receiver == Receiver::soft, any_side = !light.lobe.one_sided();
 #pragma omp simd
     for (int group = 0; group < tile_groups; ++group) {
         const std::int32_t in_range = (least2[group] <= outer2) & (most2[group] >= inner2);
@@ -201,9 +200,9 @@ float LightTile::add_to_group(const LightTerm& term, int first, float (&target)[
     return most;
 }
 
-void LightTile::add(const LightTerm& light, std::uint32_t merged_index, float outer_radius, bool flat) {
+void LightTile::add(const LightTerm& light, std::uint32_t merged_index, float outer_radius) {
     std::int32_t sees[tile_groups];
-    find_groups(light, outer_radius, flat, sees);
+    find_groups(light, outer_radius, sees);
     with_kinds(light_, [&]<bool soft, bool clamped>() {
         for (int group = 0; group < groups_; ++group) {
             if (!sees[group]) continue;

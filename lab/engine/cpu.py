@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from lab import _core
 from lab.errors import LabError
 from lab.params import Params
-from lab.records import FilteredShadows, GBuffer, Hierarchy, Image, Lighting, Lights, Members, ShadowSamples
+from lab.records import FilteredShadows, Floats, GBuffer, Hierarchy, Image, Lighting, Lights, Members, ShadowSamples
 from lab.scene.scene import Camera, Mesh, Scene
 
 
@@ -21,6 +21,12 @@ class CpuEngine:
         self.scene = scene
         self._core_scene = _core_scene(scene)
         self.scene_radius = float(self._core_scene.radius)
+
+    def visible(self, gbuffer: GBuffer, y: int, x: int, targets: Floats) -> NDArray[np.bool_]:
+        """Which of the (n, 3) `targets` pixel (x, y) sees, along the very rays that shadow samples use."""
+        point, side = gbuffer.position[y, x], gbuffer.geometric_normal[y, x]
+        free: NDArray[np.uint8] = self._core_scene.visible_from(point[None], side[None], targets)
+        return free.astype(bool)
 
     def trace_vpls(self, params: Params) -> Lights:
         """VPLs by paths from the scene's lights; a scene with a light list is lit by that list instead."""

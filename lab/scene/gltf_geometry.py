@@ -11,7 +11,6 @@ from __future__ import annotations
 import io
 import itertools
 import json
-import math
 import struct
 from dataclasses import dataclass, field
 from typing import Any
@@ -20,11 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lab.errors import LabError
-from lab.scene.gltf_container import GltfFile, is_whole, whole
+from lab.scene.gltf_container import GltfFile, whole
+from lab.scene.gltf_nodes import Matrix, world_transforms
 from lab.scene.quiet import quiet
-from lab.scene.values import is_number
-
-Matrix = NDArray[np.float64]
 
 _SIZES = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}
 _DTYPES = {5121: "<u1", 5123: "<u2", 5125: "<u4"}
@@ -123,96 +120,36 @@ def read_geometry(file: GltfFile) -> Geometry:
 
     Errors: :class:`LabError` for every broken reference, size or transform.
     """
-    order, parents = _scene_nodes(file)
+    world = world_transforms(file)
     copy = _Copy(file)
     sources: list[dict[str, Any]] = []  # of each primitive: name, material, the copy's mesh
     by_mesh: dict[int, list[int]] = {}
-    nodes: list[dict[str, Any]] = []
-    slot = {number: k for k, number in enumerate(order)}
     placed: list[tuple[int, int]] = []
     skipped = 0
-    for number in order:
-        node = file.items("nodes")[number]
-        nodes.append({"name": f"n{number}", "children": [], **_transform(file, number, node)})
-        if number in parents:
-            nodes[slot[parents[number]]]["children"].append(slot[number])
-        if node.get("mesh") is None:
+    for number in world:
+        row = file.items("nodes")[number].get("mesh")
+        if row is None:
             continue
-        mesh = file.item("meshes", node["mesh"], f"nodes[{number}]")
-        if node["mesh"] not in by_mesh:
-            rows, missed = _primitives(copy, node["mesh"], mesh)
-            by_mesh[node["mesh"]] = list(range(len(sources), len(sources) + len(rows)))
+        mesh = file.item("meshes", row, f"nodes[{number}]")
+        if row not in by_mesh:
+            rows, missed = _primitives(copy, row, mesh)
+            by_mesh[row] = list(range(len(sources), len(sources) + len(rows)))
             sources += rows
             skipped += missed
-        placed += [(number, k) for k in by_mesh[node["mesh"]]]
-    for k in range(len(sources)):  # one node for each primitive, so that trimesh keeps it
-        nodes.append({"name": f"p{k}", "mesh": k})
-    roots = [k for k, number in enumerate(order) if number not in parents]
+        placed += [(number, k) for k in by_mesh[row]]
+    # The nodes are flat: trimesh takes minutes over a chain of some thousand.
     document = {
         "asset": {"version": "2.0"},
         "scene": 0,
-        "scenes": [{"nodes": roots + list(range(len(order), len(nodes)))}],
-        "nodes": nodes,
+        "scenes": [{"nodes": list(range(len(sources)))}],
+        "nodes": [{"name": f"p{k}", "mesh": k} for k in range(len(sources))],
         "meshes": [source["mesh"] for source in sources],
         "accessors": copy.accessors,
         "bufferViews": copy.views,
         "buffers": [{"byteLength": copy.size}],
     }
-    world, primitives = _read_copy(file, _glb(document, copy.blobs), order, sources)
+    primitives = _read_copy(file, _glb(document, copy.blobs), sources)
     return Geometry([(node, primitives[k]) for node, k in placed], world, skipped)
-
-
-def _scene_nodes(file: GltfFile) -> tuple[list[int], dict[int, int]]:
-    """Nodes of the default scene, parents first, in the document's order; and each node's parent."""
-    scenes, nodes = file.items("scenes"), file.items("nodes")
-    if scenes:
-        number = file.document.get("scene", 0)
-        roots = file.item("scenes", number, "scene").get("nodes", [])
-    else:  # a document without scenes is a library of parts: show all of them
-        children = {child for node in nodes for child in _children(file, node)}
-        roots = [k for k in range(len(nodes)) if k not in children]
-    if not isinstance(roots, list):
-        raise LabError(f"{file.path}: the scene's nodes must be a list of numbers; the file is broken")
-    order: list[int] = []
-    parents: dict[int, int] = {}
-    seen: set[int] = set()
-    stack: list[tuple[int | None, object]] = [(None, root) for root in reversed(roots)]
-    while stack:
-        parent, number = stack.pop()
-        node = file.item("nodes", number, f"nodes[{parent}]" if parent is not None else "the scene")
-        assert isinstance(number, int)  # item() has checked it
-        if number in seen:
-            raise LabError(f"{file.path}: nodes[{number}] has two parents or is its own ancestor; the file is broken")
-        seen.add(number)
-        order.append(number)
-        if parent is not None:
-            parents[number] = parent
-        stack += [(number, child) for child in reversed(_children(file, node))]
-    return order, parents
-
-
-def _children(file: GltfFile, node: dict[str, Any]) -> list[Any]:
-    children = node.get("children", [])
-    if not isinstance(children, list) or not all(is_whole(child) for child in children):
-        raise LabError(f"{file.path}: a node's children must be a list of numbers; the file is broken")
-    return children
-
-
-def _transform(file: GltfFile, number: int, node: dict[str, Any]) -> dict[str, list[float]]:
-    transform = {}
-    for key, length in (("matrix", 16), ("translation", 3), ("rotation", 4), ("scale", 3)):
-        value = node.get(key)
-        if value is None:
-            continue
-        if not isinstance(value, list) or len(value) != length or not all(is_number(v) for v in value):
-            raise LabError(f"{file.path}: nodes[{number}].{key} must be {length} finite numbers; the file is broken")
-        transform[key] = [float(v) for v in value]
-    rotation = transform.get("rotation")
-    if rotation is not None and not 0.5 < math.hypot(*rotation) < 2:
-        raise LabError(f"{file.path}: nodes[{number}].rotation {rotation} is no unit quaternion; the file is broken")
-    if "matrix" in transform:
-        return {"matrix": transform["matrix"]}
-    return transform
 
 
 def _primitives(copy: _Copy, number: int, mesh: dict[str, Any]) -> tuple[list[dict[str, Any]], int]:
@@ -293,29 +230,27 @@ def _fan(copy: _Copy, indices: int | None, count: int) -> int:
     return copy.add(faces.tobytes(), {"componentType": _UINT, "count": faces.size, "type": "SCALAR"})
 
 
-def _read_copy(
-    file: GltfFile, plain: bytes, order: list[int], sources: list[dict[str, Any]]
-) -> tuple[dict[int, Matrix], list[Primitive]]:
-    import trimesh
+def _read_copy(file: GltfFile, plain: bytes, sources: list[dict[str, Any]]) -> list[Primitive]:
+    if not sources:
+        return []
+    from trimesh.exchange.gltf import load_glb
 
     with quiet():
         try:
-            scene = trimesh.load_scene(io.BytesIO(plain), file_type="glb", process=False)
-            world = {n: np.array(scene.graph.get(f"n{n}")[0], dtype=np.float64) for n in order}
-            read = [scene.geometry[scene.graph.get(f"p{k}")[1]] for k in range(len(sources))]
+            read = load_glb(io.BytesIO(plain), skip_materials=True)["geometry"]
+            return [_as_primitive(source, read[source["mesh"]["name"]]) for source in sources]
         except Exception as problem:  # whatever the library stumbles on, the file is at fault
             raise LabError(f"{file.path} cannot be read: {problem}; export it again") from problem
-    return world, [_as_primitive(source, mesh) for source, mesh in zip(sources, read, strict=True)]
 
 
-def _as_primitive(source: dict[str, Any], mesh: Any) -> Primitive:
-    arrays = mesh.vertex_attributes
+def _as_primitive(source: dict[str, Any], mesh: dict[str, Any]) -> Primitive:
+    arrays = mesh["vertex_attributes"]
     normalised = source["normalised"]
     position = _scaled(arrays["_POSITION"], normalised["_POSITION"])
     normal = _scaled(arrays["_NORMAL"], True) if "_NORMAL" in arrays else None
     colour = _scaled(arrays["_COLOUR"], True)[:, :3] if "_COLOUR" in arrays else None
     uv = {k: _scaled(arrays[f"_UV{k}"], normalised[f"_UV{k}"]) for k in (0, 1) if f"_UV{k}" in arrays}
-    index = np.asarray(mesh.faces, dtype=np.int64)
+    index = np.asarray(mesh["faces"], dtype=np.int64)
     return Primitive(source["name"], source["material"], position, index, normal, colour, uv)
 
 

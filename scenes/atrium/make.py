@@ -174,7 +174,7 @@ def floors_and_cornices() -> Model:
 def banners(rng: np.random.Generator) -> Model:
     """Banners on rods that stand out from the upper columns, festoons on the balustrades."""
     x, z = BAYS_X * BAY / 2, BAYS_Z * BAY / 2
-    left, right = ["red", "ochre", "blue", "green", "red"], ["red", "blue", "green", "ochre", "red", "blue"]
+    left, right = ["red", "ochre", "blue", "green", "red"], ["red", "ochre", "green", "red", "blue", "red"]
     model: Model = []
     rod_y, width, length = 8.35, 1.25, 4.3
     for sx, turn, dyes in ((-1, 90, left), (1, -90, right)):
@@ -227,7 +227,7 @@ def furniture(rng: np.random.Generator) -> Model:
             if k % 2 == (sx > 0) and k < BAYS_Z - 1:
                 size = rng.uniform(0.9, 1.15)
                 vessel, earth = POT, pot(0.36, 0.62)[1]
-                bush = moved(shrub(1.35, 0.62, 110, rng), 0, 0.42, 0)
+                bush = moved(shrub(1.35, 0.62, 110, rng), 0, 0.18, 0)
                 place = (sx * (x - 1.62), 0.0, at)
                 for name, part in (("clay", vessel), ("earth", earth), ("leaves", bush)):
                     model.append((name, moved(turned(scaled(part, size), rng.uniform(0, 360)), *place)))

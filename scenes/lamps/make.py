@@ -22,12 +22,13 @@ from modelling.lamplight import PAPER, garland, lamps, lantern, lattice, light_l
 from modelling.mesh import Model, Part, merge, moved, placed, repeatable, surface, turned
 from modelling.plants import shrub
 from modelling.run import run
-from modelling.solids import ball, box, facets, lathe, panel, tube
+from modelling.solids import ball, box, facets, lathe, panel
 from modelling.town import house
 from modelling.turned import pot
 
 SEED, LAMPS = 1882, 20_000
 HALF, NEAR, FAR = 3.9, 15.0, -21.0  # half the street's width, and its two ends along z
+WIDTHS = (4.6, 5.6, 6.4)  # of the houses
 
 WALLS = {
     "cream": (0.78, 0.66, 0.47),
@@ -39,7 +40,6 @@ WALLS = {
 SHUTTERS = {"shutter_green": (0.35, 0.85, 0.5), "shutter_blue": (0.4, 0.75, 1.0), "shutter_red": (1.0, 0.5, 0.4)}
 FRUIT = {"oranges": (0.75, 0.30, 0.04), "apples": (0.55, 0.05, 0.04), "limes": (0.25, 0.42, 0.06)}
 
-ARM = repeatable(tube([(0, 0, 0), (0, 0.12, 0.35), (0, 0.04, 0.62)], 0.015, 4))
 POT = repeatable(pot(0.3, 0.5)[0])
 
 
@@ -73,8 +73,8 @@ def street(rng: np.random.Generator) -> Model:
     names, paints = list(WALLS), list(SHUTTERS)
     for side in (-1, 1):
         z, k = NEAR + 2.0, 0 if side < 0 else 2
-        while z > FAR:
-            width = float(rng.choice([4.6, 5.6, 6.4]))
+        while z - WIDTHS[0] > FAR:
+            width = float(rng.choice([w for w in WIDTHS if z - w > FAR]))
             storeys = 2 + int(rng.uniform() < 0.62)
             back = rng.uniform(-0.25, 0.35)
             built = house(width, storeys, names[k % len(names)], paints[(k + (side > 0)) % len(paints)], rng)
@@ -147,7 +147,7 @@ def market(rng: np.random.Generator) -> Model:
     for side in (-1, 1):
         for z in np.arange(NEAR - 3, FAR + 2, -4.3) + 0.7 * side:
             vessel, earth = POT, pot(0.3, 0.5)[1]
-            bush = moved(turned(bushes[int(rng.integers(0, 3))], rng.uniform(0, 360)), 0, 0.34)
+            bush = moved(turned(bushes[int(rng.integers(0, 3))], rng.uniform(0, 360)), 0, 0.14)
             plant: Model = [("clay", vessel), ("earth", earth), ("leaves", bush)]
             model += placed(plant, side * (HALF - 0.6), 0.02, z)
         row = np.arange(NEAR - 1.5, FAR + 1.5, -0.24)
@@ -159,45 +159,33 @@ def market(rng: np.random.Generator) -> Model:
 
 
 def overhead(rng: np.random.Generator) -> Model:
-    """Garlands from side to side, plain and gaudy in turn, and paper lanterns under every second one."""
+    """Garlands from side to side, each of one colour or of all, and paper lanterns under every second one."""
     model: Model = []
     glows = (None, "amber", "teal", "orange", None, "rose", "violet", "amber", "teal", "rose")
     for k, z in enumerate(np.arange(NEAR - 2.5, FAR + 1.2, -0.95)):
-        height = 5.6 + 0.5 * np.sin(0.9 * k) + rng.uniform(-0.25, 0.25)
-        a = np.array([-HALF + 0.3, height + rng.uniform(-0.3, 0.3), z + rng.uniform(-0.9, 0.9)])
-        b = np.array([HALF - 0.3, height + rng.uniform(-0.3, 0.3), z + rng.uniform(-0.9, 0.9)])
-        sag = rng.uniform(0.45, 0.8)
+        height, slant = 5.2 + 0.2 * np.sin(0.9 * k) + rng.uniform(-0.08, 0.08), rng.uniform(-0.28, 0.28, 2)
+        a = np.array([0.5 - HALF, height + rng.uniform(-0.1, 0.1), z + slant[0]])
+        b = np.array([HALF - 0.5, height + rng.uniform(-0.1, 0.1), z + slant[1]])
+        sag = rng.uniform(0.4, 0.65)
         model += garland(a, b, sag, glows[k % len(glows)], rng)
         if k % 2 == 0:
             for s in np.linspace(0.1, 0.9, 7) + rng.uniform(-0.03, 0.03, 7):
-                place = a + (b - a) * s - np.array([0, 4 * sag * s * (1 - s) + 0.14, 0])
-                glow = str(rng.choice(list(PAPER), p=[0.3, 0.26, 0.2, 0.14, 0.1]))
-                model += placed(lantern(glow, rng.uniform(0.15, 0.24), 0.14, rng), *place)
-    return model
-
-
-def brackets(rng: np.random.Generator) -> Model:
-    """Lanterns on iron arms along both fronts."""
-    model: Model = []
-    for side in (-1, 1):
-        for z in np.arange(NEAR - 1.8, FAR + 1, -2.3) + 0.5 * side:
-            hung: Model = [("iron", ARM)]
-            glow = str(rng.choice(["amber", "orange", "rose"]))
-            hung += placed(lantern(glow, 0.14, 0.1, rng), 0, -0.07, 0.62)
-            model += placed(hung, side * (HALF + 0.25), 3.75, z, -90 * side)
+                place = a + (b - a) * s - np.array([0, 4 * sag * s * (1 - s), 0.035])  # clear of the lamps
+                glow = str(rng.choice(list(PAPER), p=[0.26, 0.2, 0.18, 0.2, 0.16]))
+                model += placed(lantern(glow, rng.uniform(0.15, 0.24), 0.17, 0.36, rng), *place)
     return model
 
 
 def festoons(count: int) -> Model:
     """The last `count` lamps: fairy lights looped along both fronts, under the windows and under the eaves."""
-    lines = [(side, y, glow) for side in (-1, 1) for y, glow in ((3.42, "amber"), (6.05, "orange"))]
+    lines = [(side, y, glow) for side in (-1, 1) for y, glow in ((3.25, "amber"), (5.88, "orange"))]
     model: Model = []
     for k, (side, y, glow) in enumerate(lines):
         mine = count // len(lines) + (k < count % len(lines))
         z = np.linspace(NEAR - 0.5, FAR + 0.3, mine)
         loop = (z / 1.7) % 1.0
         droop = y - 0.9 * loop * (1 - loop)
-        model.append(lamps(glow, 0.009, np.stack([np.full(mine, side * (HALF - 0.36)), droop, z], axis=1)))
+        model.append(lamps(glow, 0.006, np.stack([np.full(mine, side * (HALF - 0.6)), droop, z], axis=1)))
     return model
 
 
@@ -205,7 +193,7 @@ def make(folder: Path) -> str:
     """Writes lamps.glb and lamps.npz into `folder`."""
     rng = np.random.default_rng(SEED)
     materials = finishes(rng)
-    model = [("cobbles", ground()), *street(rng), *gate(), *market(rng), *overhead(rng), *brackets(rng)]
+    model = [("cobbles", ground()), *street(rng), *gate(), *market(rng), *overhead(rng)]
     missing = LAMPS - sum(len(part.position) for name, part in model if name.startswith("lamp "))
     if missing < 0:
         raise ValueError(f"{-missing} lamps too many: hang fewer garlands or lanterns")

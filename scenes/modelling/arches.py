@@ -40,7 +40,7 @@ def arched_wall(
     length = np.linspace(0, np.pi * opening, segments + 1) / metres
     depth = np.array([-half, half])[:, None] / metres
     uv = np.stack(np.broadcast_arrays(length, depth), axis=-1)
-    parts.append(surface(np.stack([arch - half * Z, arch + half * Z]), uv))
+    parts.append(surface(np.stack([arch - half * Z, arch + half * Z]), uv, flip=True))
     if springing > 0:
         parts.append(box((-opening, 0, -half), (opening, springing, half), metres, skip="-y +y -z +z"))
         jambs = parts.pop()

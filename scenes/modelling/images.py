@@ -48,15 +48,15 @@ def noise(size: int, rng: np.random.Generator, slope: float = 1.0, lowest: float
     `lowest` is the lowest frequency in waves a side; `stretch` > 1 draws it out along v (stains that run down).
     """
     f = np.fft.fftfreq(size, 1 / size)
-    frequency = np.hypot(f[None, :], f[:, None] * stretch)
+    frequency = np.hypot(np.fft.rfftfreq(size, 1 / size)[None, :], f[:, None] * stretch)
     amplitude = np.where(frequency >= lowest, np.maximum(frequency, 1) ** -slope, 0)
-    white = np.fft.fft2(rng.standard_normal((size, size)))
-    field = np.fft.ifft2(white * amplitude).real
+    white = np.fft.rfft2(rng.standard_normal((size, size)))
+    field = np.fft.irfft2(white * amplitude, s=(size, size))
     return np.asarray((field - field.mean()) / field.std(), dtype=np.float64)
 
 
 def cells(size: int) -> tuple[Floats, Floats]:
-    """U (columns) and v (rows) of the texels' centres, 0..1, each (size, size)."""
+    """Coordinates u (columns) and v (rows) of the texels' centres, 0..1, each (size, size)."""
     at = (np.arange(size) + 0.5) / size
     u, v = np.meshgrid(at, at)
     return u, v

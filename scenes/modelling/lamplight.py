@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from modelling.mesh import Floats, Model, Part, merge, moved, repeatable, scaled
+from modelling.mesh import Floats, Model, Part, merge, moved, placed, repeatable, scaled
 from modelling.solids import ball, lathe, tube
 
 GLOWS: dict[str, tuple[float, float, float]] = {
@@ -58,19 +58,20 @@ def lattice(xs: Floats, ys: Floats, z: float) -> Floats:
     return np.stack([x, y, np.full_like(x, z)], axis=-1).reshape(-1, 3)
 
 
-def lantern(glow: str, size: float, intensity: float, rng: np.random.Generator) -> Model:
-    """A paper lantern hung at the origin with lamps all round it, 11 cm off the paper."""
+def lantern(glow: str, size: float, intensity: float, cord: float, rng: np.random.Generator) -> Model:
+    """A paper lantern on a cord from the origin, with lamps all round it, 11 cm off the paper."""
     shape, stretch, width = SHADES[str(rng.choice(list(SHADES)))]
     radius = size * width
     number = np.arange(PER_LANTERN)
-    turn, up = number * np.pi * (3 - np.sqrt(5)), 1 - (2 * number + 1) / PER_LANTERN
+    turn, up = number * np.pi * (3 - np.sqrt(5)), 0.8 - 1.8 * (number + 0.5) / PER_LANTERN
     out = np.sqrt(1 - up**2)
     shell = np.stack([out * np.cos(turn), stretch * up, out * np.sin(turn)], axis=1) * (radius + 0.11)
-    return [
+    body: Model = [
         (f"paper_{glow}", scaled(shape, radius)),
         ("iron", scaled(CAP, radius)),
         lamps(glow, intensity, shell - np.array([0, stretch * radius, 0])),
     ]
+    return [("iron", tube([(0, -cord, 0), (0, 0, 0)], 0.005, 3)), *placed(body, 0, -cord)]
 
 
 def garland(a: Floats, b: Floats, sag: float, glow: str | None, rng: np.random.Generator, pitch: float = 0.09) -> Model:

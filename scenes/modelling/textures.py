@@ -185,10 +185,10 @@ def leaves(rng: np.random.Generator) -> Texture:
 
 
 DYES = {
-    "red": (0.34, 0.011, 0.010),
+    "red": (0.28, 0.008, 0.008),
     "blue": (0.018, 0.06, 0.31),
     "green": (0.022, 0.15, 0.045),
-    "ochre": (0.40, 0.155, 0.010),
+    "ochre": (0.36, 0.135, 0.008),
 }
 """The cloths of :func:`cloth`, left to right, a quarter of the texture each."""
 

@@ -21,16 +21,18 @@ from modelling.houses import (
     trim,
     window_box,
 )
-from modelling.lamplight import lamps, lattice
-from modelling.mesh import Model, Part, merge, mirrored, moved, repeatable, scaled, turned, uv_moved
+from modelling.lamplight import lamps, lantern, lattice
+from modelling.mesh import Model, Part, merge, mirrored, moved, placed, repeatable, scaled, turned, uv_moved
 from modelling.plants import creeper
-from modelling.solids import box, lathe, panel, quad
+from modelling.solids import box, lathe, panel, quad, tube
 
 STOREYS = (3.3, 2.9, 2.8)
 WINDOW = (0.92, 1.55)
+WARM = ("amber", "orange", "rose")
 JARS = ("clay", "paper_teal", "paper_amber", "apples", "limes")
 
 JAR = repeatable(lathe([np.array([(0.3, 0), (0.36, 0.5), (0.2, 0.75), (0.22, 1.0), (0.001, 1.0)])], 8))
+ARM = repeatable(tube([(0, 0, 0), (0, 0.12, 0.35), (0, 0.04, 0.62)], 0.015, 4))
 CASEMENT = repeatable(casement(*WINDOW))
 SILL = repeatable(trim(Opening(-WINDOW[0] / 2, WINDOW[0] / 2, 0, WINDOW[1])))
 RIGHT_SHUTTER = repeatable(shutter(WINDOW[0] / 2, WINDOW[1]))
@@ -133,6 +135,10 @@ def house(width: float, storeys: int, colour: str, paint: str, rng: np.random.Ge
         model.append((colour, quad((x, 0, 0), (x, 0, -deep), (x, height, -deep), (x, height, 0), PLASTER)))
     band = box((-width / 2, STOREYS[0] - 0.14, -0.02), (width / 2, STOREYS[0], 0.05), STONE, skip="-z")
     model.append(("stone", band))
+    columns = sum(kind != "window" for _, kind in kinds)
+    for k in range(1, columns):
+        arm: Model = [("iron", ARM), *placed(lantern(str(rng.choice(WARM)), 0.14, 0.1, 0.2, rng), 0, 0.04, 0.62)]
+        model += placed(arm, (k - columns / 2) * width / columns, 3.93)
     for o, kind in kinds:
         if kind == "door":
             model += door(o, rng)

@@ -50,6 +50,23 @@ def test_picks_follow_the_target_weights(picker: str, importance: bool, samples:
 
 
 @pytest.mark.parametrize("picker", ["reservoir", "race"])
+def test_many_lights_keep_their_probabilities(picker: str) -> None:
+    """A pixel that chooses among 2,000 lights: no light is favoured because random bits run out on the way."""
+    rng = np.random.default_rng(4)
+    position = rng.uniform((-2, 0.5, -2), (2, 2, 2), (2000, 3)).astype(np.float32)
+    lights = Lights(position, np.repeat(rng.uniform(0.5, 1.5, (2000, 1)), 3, axis=1).astype(np.float32))
+    params = Params(picker=picker, levels=1, alpha=1e3, shadow_samples=64, clamp_distance=0.5)
+    engine = CpuEngine(occluded_room(lights))
+    h = engine.build_hierarchy(lights, params)
+    at, up = np.array([0.8, 0.0, -0.2]), np.array([0.0, 1.0, 0.0])
+    g = points_as_gbuffer(np.tile(at, (96, 96, 1)), np.tile(up, (96, 96, 1)))
+    picks = engine.light(h, g, params).light
+    f = pick_weights(h, contributions(h, at[None], up[None], params, engine.scene_radius), params)[0]
+    assert (f > 0).sum() == 2000
+    assert accept(chi_square(np.bincount(picks.ravel(), minlength=len(f)), f))
+
+
+@pytest.mark.parametrize("picker", ["reservoir", "race"])
 def test_samples_of_a_pixel_are_independent(picker: str) -> None:
     """Pairs of picks follow the product of their probabilities (few lights, so that every pair is common)."""
     params = Params(picker=picker, shadow_samples=3, levels=1, alpha=50.0)

@@ -42,10 +42,9 @@ def test_huge_alpha_is_the_sum_over_every_light(lights, falloff):
     assert_same_light(got, oracle.exact_sum(lights, position, normal, params, float(size)))
 
 
-ANY = {
+ANY = {  # all but gather_range: half_open loses flux by design
     "levels": ["auto", "demo", 1, 4],
     "construction": ["gather", "scatter"],
-    "gather_range": ["inclusive", "half_open"],
     "carry_moments": [True, False],
     "centre_weight": ["flux", "count"],
     "lobe": ["moments", "mean_energy", "mean"],
@@ -68,8 +67,8 @@ def test_one_light_is_the_exact_point_light_for_any_settings(normal, seed):
     position, normals = (light.position + away).astype(np.float32), cases.unit_vectors(rng, 60)
     got = irradiance(light, position, normals, params, scene_radius=2.0)
     want = oracle.exact_sum(light, position, normals, params, 2.0)
-    np.testing.assert_allclose(got, want, rtol=1e-3, atol=1e-4 * want.max(axis=0))
     assert (want > 0).any()
+    assert np.all(np.abs(got - want) <= 1e-4 * want + 1e-5 * want.max(axis=0))
 
 
 @pytest.mark.parametrize("settings", [{}, {"construction": "scatter", "alpha": 2}, {"first_level": 1, "receiver": "soft"}])

@@ -34,22 +34,25 @@ def assert_same_light(got, want):
 
 
 @pytest.fixture(scope="module")
-def hierarchies():
-    makers = {"oriented": cases.cloud, "mixed": cases.mixed_cloud, "with_black": cases.with_black}
-    return {name: hierarchy_of(maker(), levels=4) for name, maker in makers.items()}
+def hierarchy():
+    """Lights with and without normals, bright, dim and black, in four levels."""
+    lights = cases.mixed_cloud()
+    flux = lights.flux.copy()
+    flux[1::4] = 0
+    flux[2::4, :2] = 0
+    return hierarchy_of(cases.make_lights(lights.position, flux, lights.normal), levels=4)
 
 
 @pytest.mark.parametrize("lobe, receiver, falloff", KINDS)
 @pytest.mark.parametrize("alpha", [0.5, 1, 2])
 @pytest.mark.parametrize("first_level", [0, 1])
-def test_irradiance_is_the_blended_sum(hierarchies, lobe, receiver, falloff, alpha, first_level):
+def test_irradiance_is_the_blended_sum(hierarchy, lobe, receiver, falloff, alpha, first_level):
     settings = {"lobe": lobe, "receiver": receiver, "falloff": falloff, "alpha": alpha, "first_level": first_level}
     position, normal = cases.points(130)
-    for hierarchy in hierarchies.values():
-        got, params = light(hierarchy, position, normal, clamp_distance=0.05, **settings)
-        want = oracle.light(hierarchy, position, normal, params, RADIUS)
-        assert want.irradiance.mean() > 0.1
-        assert_same_light(got["irradiance"][0], want.irradiance)
+    got, params = light(hierarchy, position, normal, clamp_distance=0.05, **settings)
+    want = oracle.light(hierarchy, position, normal, params, RADIUS)
+    assert want.irradiance.mean() > 0.1
+    assert_same_light(got["irradiance"][0], want.irradiance)
 
 
 @pytest.mark.parametrize("name", ["outlier", "tiny_scene", "huge_scene", "far_away", "on_faces", "without_normals"])
@@ -67,20 +70,21 @@ def test_irradiance_in_scenes_of_any_size_and_place(name):
 @pytest.mark.parametrize("lobe, receiver, falloff", KINDS)
 @pytest.mark.parametrize("alpha", [0.5, 2])
 @pytest.mark.parametrize("first_level", [0, 1])
-def test_counts_match_their_definition(hierarchies, lobe, receiver, falloff, alpha, first_level):
+def test_counts_match_their_definition(hierarchy, lobe, receiver, falloff, alpha, first_level):
     settings = {"lobe": lobe, "receiver": receiver, "falloff": falloff, "alpha": alpha, "first_level": first_level}
     position, normal = cases.points(130, seed=2)
-    for hierarchy in hierarchies.values():
-        got, params = light(hierarchy, position, normal, **settings)
-        want = oracle.light(hierarchy, position, normal, params, RADIUS)
-        for name in ("overdraw", "used"):
-            counted = got["lights_used" if name == "used" else name][:, 0].astype(int)
-            exact, least, most = (getattr(want, name + end) for end in ("", "_least", "_most"))
-            assert exact[first_level:].max() > 8
-            assert np.all((least <= counted) & (counted <= most)), f"{name}: beyond what rounding allows"
-            if name == "overdraw":
-                assert np.mean(counted != exact) < 1e-3, "equal but for rare ties"
-        assert not got["overdraw"][:first_level].any() and not got["lights_used"][:first_level].any()
+    got, params = light(hierarchy, position, normal, **settings)
+    want = oracle.light(hierarchy, position, normal, params, RADIUS)
+    for name in ("overdraw", "used"):
+        counted = got["lights_used" if name == "used" else name][:, 0].astype(int)
+        exact, least, most = (getattr(want, name + end) for end in ("", "_least", "_most"))
+        assert exact.max() > 5
+        assert np.all((least <= counted) & (counted <= most)), f"{name}: beyond what rounding allows"
+        if name == "overdraw" or (receiver, lobe) == ("hard", "mean"):
+            assert np.mean(counted != exact) < 1e-3, "equal but for rare ties"
+        elif receiver == "hard":
+            assert np.mean(counted[0] != exact[0]) < 1e-2, "input lights: equal but for rare ties"
+    assert not got["overdraw"][:first_level].any() and not got["lights_used"][:first_level].any()
 
 
 def test_the_top_level_overdraws_every_pixel():
@@ -94,22 +98,21 @@ def test_the_top_level_overdraws_every_pixel():
 def test_lights_that_face_away_are_not_used():
     """A wall of lights with one normal, seen from behind, is dark: not one of them counts, at any level."""
     rng = np.random.default_rng(4)
-    for n in cases.unit_vectors(rng, 5):
+    for n in cases.unit_vectors(rng, 10):
         wall = cases.make_lights(rng.uniform(-1, 1, (300, 3)), rng.uniform(0.1, 1, (300, 3)), np.tile(n, (300, 1)))
         hierarchy = hierarchy_of(wall, levels=3)
         behind = rng.uniform(-1, 1, (64, 3)) - 6 * n
-        for settings in ({"alpha": 100}, {"alpha": 1}, {"alpha": 4, "first_level": 1}):
+        for settings in ({"alpha": 100}, {"alpha": 1}, {"alpha": 4, "first_level": 1}, {"alpha": 100, "first_level": 1}):
             got, _ = light(hierarchy, behind, np.tile(n, (64, 1)), **settings)
             assert not got["irradiance"].any() and not got["lights_used"].any()
 
 
-def test_tiling_changes_nothing():
-    hierarchy = hierarchy_of(cases.cloud(), levels=4)
+def test_tiling_changes_nothing(hierarchy):
     position, normal = cases.points(300, seed=5)
-    row, _ = light(hierarchy, position, normal)
+    row, _ = light(hierarchy, position, normal, alpha=4)
     order = np.lexsort(position.T)
     for shape, perm in (((300, 1), order), ((12, 25), np.arange(300)), ((25, 12), order), ((1, 300), order[::-1])):
-        image, _ = light(hierarchy, position[perm], normal[perm], shape)
+        image, _ = light(hierarchy, position[perm], normal[perm], shape, alpha=4)
         for name in ("overdraw", "lights_used"):
             np.testing.assert_array_equal(image[name].reshape(5, -1), row[name][:, 0, perm])
         np.testing.assert_allclose(image["irradiance"].reshape(-1, 3), row["irradiance"][0, perm], rtol=1e-6)

@@ -147,10 +147,10 @@ def test_bad_ply(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
 @pytest.mark.parametrize("ending", [".npz", ".csv", ".ply", ".txt"])
 def test_no_list_at_all(tmp_path: Path, ending: str) -> None:
     path = tmp_path / f"a{ending}"
-    with pytest.raises(LabError, match="no such file|ends in"):
+    with pytest.raises(LabError, match=r"no such file|ends in"):
         load_light_list(path)
     path.write_bytes(b"")
-    with pytest.raises(LabError, match="is empty|ends in"):
+    with pytest.raises(LabError, match=r"is empty|ends in"):
         load_light_list(path)
     path.write_bytes(b"PK\x03\x04 nothing\xff")
     with pytest.raises(LabError, match=r"a\."):

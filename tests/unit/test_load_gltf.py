@@ -192,8 +192,10 @@ def test_lights_and_cameras_follow_their_nodes(tmp_path: Path) -> None:
         {"type": "spot", "intensity": 2, "spot": {"innerConeAngle": 0.5, "outerConeAngle": 0.5}},
     ]
     gltf.json["extensions"] = {"KHR_lights_punctual": {"lights": lights}}
-    gltf.json["cameras"] = [{"type": "perspective", "name": "eye", "perspective": {"yfov": 0.7, "znear": 0.1}},
-                            {"type": "orthographic", "orthographic": {"xmag": 1, "ymag": 1, "znear": 0, "zfar": 1}}]  # fmt: skip
+    gltf.json["cameras"] = [
+        {"type": "perspective", "name": "eye", "perspective": {"yfov": 0.7, "znear": 0.1}},
+        {"type": "orthographic", "orthographic": {"xmag": 1, "ymag": 1, "znear": 0, "zfar": 1}},
+    ]
     half = math.sqrt(0.5)
     base = gltf.node(translation=[1, 2, 3], rotation=[-half, 0, 0, half])  # -z turns to -y
     for k in range(3):

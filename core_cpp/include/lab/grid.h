@@ -24,7 +24,7 @@ struct Grid {
     int top = 1;
 
     int cells(int level) const { return 1 << (top - level); }
-    float cell_size(int level) const { return std::ldexp(top_size, level - top); }
+    float cell_size(int level) const { return top_size / static_cast<float>(cells(level)); }
 
     // The float operations here decide S1's integers: they are the same on every engine (no contraction).
     CellPoint locate(const glm::vec3& p, int level) const {

@@ -39,8 +39,8 @@ class alignas(64) LightTile {
     // Counts a light in the overdraw of the pixels inside its cube; returns false where it covers none.
     bool count_overdraw(const vec3& position, float half_edge, bool everywhere);
     // Adds a light to the sums, counts and reservoirs of the groups that can see it. `outer_radius`: where its blend
-    // ends. `flat`: it emits around one normal only.
-    void add(const LightTerm& light, std::uint32_t merged_index, float outer_radius, bool flat);
+    // ends.
+    void add(const LightTerm& light, std::uint32_t merged_index, float outer_radius);
     // From here on picks are made among the coming lights alone, unless none of them contributes.
     void restart_picks();
 
@@ -67,7 +67,7 @@ class alignas(64) LightTile {
     std::vector<std::int32_t> pick_;
 
     // Which groups can see any of the light.
-    void find_groups(const LightTerm& light, float outer_radius, bool flat, std::int32_t (&sees)[tile_groups]) const;
+    void find_groups(const LightTerm& light, float outer_radius, std::int32_t (&sees)[tile_groups]) const;
     template <bool soft, bool clamped>
     float add_to_group(const LightTerm& term, int first, float (&target)[group_lanes]);
     void pick_by_reservoir(std::uint32_t merged_index, int first, const float (&target)[group_lanes]);

@@ -15,17 +15,24 @@ namespace lab {
 //                 opposite ones; k = 1 - 0.201 (1 - tr M^2) makes the power right for isotropic normals.
 //   mean_energy:  max(0, m.w) + (1 - |m|) / 4, the first moment with its power kept.
 //   mean:         max(0, m.w), the authors' demo.
-// A light made only of lights without normals is isotropic, 1/4, in each.
+// A light made only of lights without normals is isotropic, 1/4, in each. Where all normals agree each is the plain
+// cosine, and is taken as such: behind the light the sums above would cancel only to rounding.
 struct EmissionLobe {
     glm::vec3 mean;
     Symmetric moment;
     float constant;
+
+    // Nothing is emitted behind the plane of `mean`.
+    bool one_sided() const { return constant == 0.0f && moment.xx + moment.yy + moment.zz == 0.0f; }
 };
 
 inline EmissionLobe make_lobe(Lobe kind, const glm::vec3& m, const Symmetric& M, bool oriented) {
     EmissionLobe lobe{glm::vec3(0.0f), {0, 0, 0, 0, 0, 0}, 0.0f};
+    const float spread = M.xx + M.yy + M.zz - glm::dot(m, m);  // E|n|^2 - |E n|^2
     if (!oriented) {
         lobe.constant = 0.25f;
+    } else if (spread <= 1e-6f) {
+        lobe.mean = m;
     } else if (kind == Lobe::moments) {
         const float trace2 = M.xx * M.xx + M.yy * M.yy + M.zz * M.zz +
                              2.0f * (M.xy * M.xy + M.xz * M.xz + M.yz * M.yz);
@@ -47,9 +54,7 @@ inline float emission(const EmissionLobe& lobe, float vx, float vy, float vz, fl
                          vy * (M.yy * vy + 2.0f * M.yz * vz) + vz * (M.zz * vz);
     const float along = lobe.mean.x * vx + lobe.mean.y * vy + lobe.mean.z * vz;
     const float root = std::sqrt(larger(0.0f, square));
-    // Behind a light of one normal the two cancel but for rounding: that is no light.
-    const float sum = along + root;
-    return (sum > 2e-6f * root ? sum * inverse_length : 0.0f) + lobe.constant;
+    return larger(0.0f, (along + root) * inverse_length) + lobe.constant;
 }
 
 }  // namespace lab

@@ -1,0 +1,123 @@
+"""Member lists: what each grid light is made of, in shares of trilinear weight times luminance (float64 oracle)."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import lab
+from lab.params import Params
+
+from ..oracle import cases
+from ..oracle.pure import luminance
+
+LAST = 2**32 - 1
+SETTINGS = {
+    "gather": {},
+    "scatter": {"construction": "scatter"},
+    "half_open": {"gather_range": "half_open"},
+    "by_count": {"centre_weight": "count"},
+}
+
+
+def build(lights, **settings):
+    return lab.build_hierarchy(lights, Params(**{"levels": 4, "shadow_points": "members", **settings}))
+
+
+def tents(hierarchy, level, rows):
+    """Trilinear weight (m, r) of source lights `rows` at each vertex of `level`, and their merged indices."""
+    size = float(hierarchy.cell_size[level])
+    u = np.clip((hierarchy.position[rows].astype(np.float64) - hierarchy.origin) / size, 0, 2 ** (hierarchy.top - level))
+    apart = np.abs(u[None] - hierarchy.levels[level].vertex[:, None].astype(np.float64))
+    return np.prod(np.maximum(0, 1 - apart), axis=2)
+
+
+def expected(hierarchy, level, settings):
+    """Shares (m, r) of the vertices of `level` in source lights rows, and the first of those rows."""
+    gathered = level > 1 and settings.get("construction") != "scatter"
+    rows = slice(*(int(hierarchy.offset[i]) for i in ((1, 2) if gathered else (0, 1))))
+    weight = tents(hierarchy, level, rows)
+    if gathered and settings.get("gather_range") == "half_open":
+        stride = 2 ** (level - 1)
+        end = (hierarchy.levels[level].vertex.astype(int) + 1) * stride
+        weight = weight * np.all(hierarchy.vertex[rows].astype(int)[None] < end[:, None], axis=2)
+    share = weight * luminance(hierarchy.flux[rows])
+    return share / share.sum(axis=1, keepdims=True), rows.start
+
+
+def row(members, i):
+    entries = slice(int(members.offset[i]), int(members.offset[i + 1]))
+    return members.light[entries].astype(int), members.cumulative[entries].astype(np.float64)
+
+
+@pytest.mark.parametrize("settings", SETTINGS.values(), ids=SETTINGS)
+@pytest.mark.parametrize("name", ["oriented", "with_black", "on_faces", "without_normals", "tiny_scene"])
+def test_shares_are_weight_times_luminance(name, settings):
+    hierarchy = build(cases.CLOUDS[name](), **settings)
+    n, members = len(hierarchy.input_index), hierarchy.members
+    compared = 0
+    for level in range(1, hierarchy.top + 1):
+        want, first = expected(hierarchy, level, settings)
+        bright = luminance(hierarchy.levels[level].flux) > 1e-5 * luminance(hierarchy.flux).max()
+        for i in np.flatnonzero(bright):
+            light, cumulative = row(members, int(hierarchy.offset[level]) - n + i)
+            share = np.zeros(want.shape[1])
+            np.add.at(share, light - first, np.diff(np.append(0, cumulative)) / 2**32)
+            np.testing.assert_allclose(share, want[i], atol=2e-4)
+            assert np.abs(share - want[i]).sum() < 1e-2
+            compared += 1
+    assert compared > 100
+
+
+@pytest.mark.parametrize("settings", SETTINGS.values(), ids=SETTINGS)
+@pytest.mark.parametrize("lights", cases.CLOUDS.values(), ids=cases.CLOUDS)
+def test_rows_are_well_formed(lights, settings):
+    hierarchy = build(lights(), **settings)
+    n, s1, members = len(hierarchy.input_index), int(hierarchy.offset[2]), hierarchy.members
+    assert len(members.offset) == len(hierarchy.position) - n + 1 and members.offset[0] == 0
+    assert members.offset[-1] == len(members.light) == len(members.cumulative)
+    for i in range(len(members.offset) - 1):
+        light, cumulative = row(members, i)
+        assert len(light) >= 1 and np.all(np.diff(cumulative) >= 0) and cumulative[-1] == LAST
+        through_s1 = i + n >= s1 and settings.get("construction") != "scatter"
+        low, high = (n, s1) if through_s1 else (0, n)
+        assert low <= light.min() and light.max() < high, "members come from S0, or from S1 for gathered lights"
+        assert len(set(light.tolist())) == len(light)
+
+
+def test_black_lights_are_never_drawn():
+    """An entry without a share of its own is never drawn: bits under an entry's cumulative and not under the last's."""
+    hierarchy = build(cases.with_black())
+    black = ~np.any(hierarchy.flux > 0, axis=1)
+    n = len(hierarchy.input_index)
+    drawn = 0.0
+    for i in range(int(hierarchy.offset[2]) - n):
+        light, cumulative = row(hierarchy.members, i)
+        share = np.diff(np.append(0, cumulative))
+        drawn += share[black[light]][:-1].sum()
+        assert not (black[light[-1]] and share[-1] > 64), "the last entry takes the rounding, no more"
+    assert drawn == 0
+
+
+@pytest.mark.parametrize("settings, there", [
+    ({}, True), ({"shadow_samples": 0}, False), ({"shadow_points": "jitter"}, False),
+])  # fmt: skip
+def test_members_are_built_where_they_will_be_drawn_from(settings, there):
+    assert (build(cases.cloud(50), **settings).members is not None) == there
+
+
+def test_members_do_not_change_the_hierarchy():
+    lights = cases.mixed_cloud()
+    one, other = build(lights), build(lights, shadow_samples=0)
+    for name in ("position", "flux", "normal", "deviation", "vertex", "offset"):
+        np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
+
+
+def test_members_of_lights_too_dim_for_luminance_share_evenly():
+    """Luminance that rounds to zero in float32 gives no shares: every member is as likely."""
+    tiny = np.float32(2**-149)
+    lights = cases.make_lights([[0, 0, 0], [1, 1, 1], [0.5, 0.5, 0.5]], np.full((3, 3), [0, 0, tiny]), None)
+    hierarchy = build(lights, levels=1)
+    for i in range(len(hierarchy.position) - 3):
+        light, cumulative = row(hierarchy.members, i)
+        assert len(light) in (1, 2, 3) and cumulative[-1] == LAST
