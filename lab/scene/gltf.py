@@ -34,7 +34,8 @@ def read_gltf(path: Path) -> Parts:
     file = read_gltf_file(path)
     _check_extensions(file)
     geometry = read_geometry(file)
-    model = _model(file)
+    carriers = [n for n in geometry.world if {"camera", "extensions"} & file.items("nodes")[n].keys()]
+    model = _model(file, carriers)
     parts = Parts()
     maps = read_materials(file, model, parts)
     plain = len(parts.materials)
@@ -44,7 +45,8 @@ def read_gltf(path: Path) -> Parts:
     for node, primitive in geometry.placed:
         row = primitive.material if primitive.material >= 0 else plain
         _add(parts, file, primitive, geometry.world[node], row=row, uv_map=maps[row])
-    read_lights_and_cameras(file, model, geometry.world, parts)
+    places = [geometry.world[number] for number in carriers]
+    read_lights_and_cameras(file, model, places, parts)
     if geometry.skipped:
         parts.note(f"{path.name}: {geometry.skipped} primitives of points or lines were left out")
     if file.document.get("skins"):
@@ -61,12 +63,22 @@ def _check_extensions(file: GltfFile) -> None:
             raise LabError(f"{file.path} needs the extension {name}, which is not supported: export it without")
 
 
-def _model(file: GltfFile) -> Any:
+def _model(file: GltfFile, carriers: list[int]) -> Any:
+    """What pygltflib makes of the materials, lights and cameras; its nodes are the `carriers` alone, in their order.
+
+    It takes some milliseconds for each object, so it is not given the geometry.
+    """
     import pygltflib
 
+    document: dict[str, Any] = {
+        key: file.document[key] for key in ("materials", "cameras", "extensions") if key in file.document
+    }
+    kept = ("name", "camera", "extensions")
+    nodes = [file.items("nodes")[number] for number in carriers]
+    document["nodes"] = [{key: node[key] for key in kept if key in node} for node in nodes]
     with quiet():
         try:
-            return pygltflib.GLTF2.gltf_from_json(json.dumps(file.document))
+            return pygltflib.GLTF2.gltf_from_json(json.dumps(document))
         except Exception as problem:  # a value of the wrong type ends in whatever error the library meets
             raise LabError(f"{file.path}: its glTF document is broken ({problem}); export it again") from problem
 

@@ -21,14 +21,13 @@ Matrix = NDArray[np.float64]
 _LIGHTS = "KHR_lights_punctual"
 
 
-def read_lights_and_cameras(file: GltfFile, model: Any, world: dict[int, Matrix], parts: Parts) -> None:
-    """Adds to `parts` what the nodes of `world` (number to 4x4 transform) carry. `model`: the pygltflib document."""
+def read_lights_and_cameras(file: GltfFile, model: Any, places: list[Matrix], parts: Parts) -> None:
+    """Adds to `parts` what the nodes of the pygltflib document `model` carry; `places` (4, 4) are their transforms."""
     extensions = model.extensions if isinstance(model.extensions, dict) else {}
     table = extensions.get(_LIGHTS)
     lights = table.get("lights", []) if isinstance(table, dict) else []
     cameras = model.cameras or []
-    for row, matrix in world.items():
-        node = model.nodes[row]
+    for node, matrix in zip(model.nodes, places, strict=True):
         reference = node.extensions.get(_LIGHTS) if isinstance(node.extensions, dict) else None
         if reference is not None:
             index = reference.get("light") if isinstance(reference, dict) else None

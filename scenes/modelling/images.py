@@ -68,7 +68,7 @@ def tint(colour: ArrayLike, shade: Floats) -> Floats:
 
 
 def blend(a: Floats, b: Floats, weight: Floats) -> Floats:
-    """A where `weight` (h, w) is 0, b where it is 1; colours (h, w, 3) or (3,)."""
+    """`a` where `weight` (h, w) is 0, `b` where it is 1; colours (h, w, 3) or (3,)."""
     w = np.clip(weight, 0, 1)[..., None]
     return a * (1 - w) + b * w
 

@@ -57,7 +57,9 @@ def input_source(lights) -> Source:
     """S0 as a source: one normal each; a light without one has n = 0 and n n^T = I / 3."""
     n = lights.normal.astype(np.float64)
     oriented = np.any(n != 0, axis=1)
-    outer = np.stack([n[:, 0] ** 2, n[:, 1] ** 2, n[:, 2] ** 2, n[:, 0] * n[:, 1], n[:, 0] * n[:, 2], n[:, 1] * n[:, 2]])
+    outer = np.stack(
+        [n[:, 0] ** 2, n[:, 1] ** 2, n[:, 2] ** 2, n[:, 0] * n[:, 1], n[:, 0] * n[:, 2], n[:, 1] * n[:, 2]]
+    )
     moment = np.where(oriented[:, None], outer.T, np.array([1, 1, 1, 0, 0, 0]) / 3)
     position = lights.position.astype(np.float64)
     ones, zeros = np.ones(len(position)), np.zeros(len(position))

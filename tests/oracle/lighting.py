@@ -67,7 +67,9 @@ def light(hierarchy, position, normal, params, scene_radius, tile=None) -> Lit:
         soft = params.receiver == "soft"  # a Gaussian's tail ends where float32 does
         # Where all normals agree, what a coarse light sends backward is zero or a rounding error: may be counted.
         even = (lobe != "mean") & (moment[:, :3].sum(axis=1) - np.sum(n * n, axis=1) < 1e-3)
-        near = np.maximum(*(blend_weight(distance * s, radius, level == params.first_level, top) for s in (1 - 1e-5, 1 + 1e-5)))
+        near = np.maximum(
+            *(blend_weight(distance * s, radius, level == params.first_level, top) for s in (1 - 1e-5, 1 + 1e-5))
+        )
         counts[3, level] = ((blend > 0) & (received > 0) & (emitted > 0)) @ lit
         counts[4, level] = ((blend > 1e-5) & (received > 1e-5) & (emitted > np.where(even, 1e-2, 1e-5))) @ lit
         counts[5, level] = ((near > 0) & (soft | (cosine > -1e-5)) & ((emitted > 0) | even)) @ lit

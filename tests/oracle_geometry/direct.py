@@ -22,11 +22,16 @@ def spot_share(spot: SpotLight, toward: Array) -> Array:
 
 
 def lit(
-    scene: Scene, light: SunLight | PointLight | SpotLight, position: ArrayLike, normal: ArrayLike, ends: float
+    scene: Scene,
+    light: SunLight | PointLight | SpotLight,
+    position: ArrayLike,
+    normal: ArrayLike,
+    lifted: ArrayLike,
+    ends: float,
 ) -> tuple[Array, NDArray[np.bool_]]:
     """(p, 3) irradiance of points, and whether their shadow is sure; `ends` as in :func:`rays.free`.
 
-    Points are seen from the side that `normal` shows to; it is their surfaces' own.
+    `lifted` are the points just off their surfaces, where shadow rays start.
     """
     at, n = np.asarray(position, np.float64), np.asarray(normal, np.float64)
     if isinstance(light, SunLight):
@@ -42,7 +47,7 @@ def lit(
         if isinstance(light, SpotLight):
             arriving = arriving * spot_share(light, -to)[:, None]
     cosine = np.maximum(0, (n * to).sum(axis=1))
-    is_free, sure = free(triangles_of(scene), at + n * ends / 50, target, holes_of(scene), ends=ends)
+    is_free, sure = free(triangles_of(scene), lifted, target, holes_of(scene), ends=ends)
     return arriving * (cosine * is_free)[:, None], sure | (cosine == 0)
 
 

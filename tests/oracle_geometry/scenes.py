@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from typing import Any
 
@@ -95,6 +96,14 @@ def points_as_gbuffer(position: ArrayLike, normal: ArrayLike, albedo: float = 0.
         depth=np.ones(p.shape[:2], np.float32),
         pixel_angle=0.01,
     )
+
+
+def tilted(gbuffer: GBuffer, seed: int = 0) -> GBuffer:
+    """`gbuffer` with shading normals up to 25 degrees off its surfaces', as if interpolated."""
+    turn = np.random.default_rng(seed).uniform(-0.27, 0.27, gbuffer.normal.shape)
+    normal = gbuffer.geometric_normal + turn
+    normal *= (gbuffer.depth > 0)[..., None] / np.linalg.norm(normal, axis=-1, keepdims=True)
+    return dataclasses.replace(gbuffer, normal=np.ascontiguousarray(normal, np.float32))
 
 
 def core_of(scene: Scene) -> Any:

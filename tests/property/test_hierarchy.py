@@ -37,7 +37,7 @@ def light_sets(draw):
 @st.composite
 def parameters(draw):
     return Params(
-        levels=draw(st.sampled_from(["auto", "demo", 1, 2, 3, 5])),
+        levels=draw(st.sampled_from(["demo", 1, 2, 3, 5])),
         construction=draw(st.sampled_from(["gather", "scatter"])),
         gather_range=draw(st.sampled_from(["inclusive", "half_open"])),
         carry_moments=draw(st.booleans()),
@@ -74,14 +74,15 @@ def test_every_number_is_finite_and_within_bounds(lights, params):
         assert np.isfinite(getattr(hierarchy, name)).all(), name
     assert hierarchy.flux.min() >= 0 and hierarchy.deviation.min() >= 0
     rounding = 1e-6 * np.abs(lights.position).max()
-    assert np.all(hierarchy.position >= lights.position.min(axis=0) - rounding - 1e-4 * hierarchy.cell_size[1])
-    assert np.all(hierarchy.position <= lights.position.max(axis=0) + rounding + 1e-4 * hierarchy.cell_size[1])
+    low, high = lights.position.min(axis=0), lights.position.max(axis=0)
     for level in hierarchy.levels[1:]:
         size = level.cell_size
         centre = (level.position.astype(np.float64) - hierarchy.origin) / size
         assert np.all(np.abs(centre - level.vertex) <= 1 + (rounding / size + 1e-5)), "a centre is within its cells"
         assert np.all(level.deviation <= 1.5 * size + rounding)
-        bright = luminance(level.flux) > 1e-3 * luminance(lights.flux).max()
+        bright = luminance(level.flux) > 1e-3 * luminance(lights.flux).max()  # the others are a few fixed-point steps
+        slack = rounding + 1e-4 * size
+        assert np.all((level.position[bright] >= low - slack) & (level.position[bright] <= high + slack))
         assert np.all(np.linalg.norm(level.normal[bright], axis=1) <= 1 + 1e-4)
         np.testing.assert_allclose(level.normal_moment[bright, :3].sum(axis=1), 1, atol=1e-4)
 
@@ -97,8 +98,13 @@ def test_levels_are_in_grid_order_and_offsets_agree(lights, params):
         key = level.vertex[:, ::-1].tolist()
         assert all(a < b for a, b in itertools.pairwise(key))
         assert len(level) <= (2 ** (hierarchy.top - level.level) + 1) ** 3
-    if params.levels == "auto":
-        assert hierarchy.top == 1 or 2 * len(hierarchy.levels[1]) < len(lights)
+
+
+@settings(max_examples=12, deadline=None)
+@given(light_sets())
+def test_auto_levels_keep_s1_under_half_of_the_lights(lights):
+    hierarchy = lab.build_hierarchy(lights, Params(shadow_samples=0))
+    assert hierarchy.top == 1 or 2 * len(hierarchy.levels[1]) < len(lights)
 
 
 @EXAMPLES

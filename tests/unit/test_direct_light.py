@@ -15,7 +15,7 @@ from lab.records import GBuffer, ShadowSamples
 from lab.scene.scene import Camera, Material, PointLight, Scene, SpotLight, SunLight
 
 from ..oracle_geometry.direct import form_factor, lit
-from ..oracle_geometry.scenes import box, occluded_room, points_as_gbuffer, quad, scene_of, wall_lights
+from ..oracle_geometry.scenes import box, occluded_room, points_as_gbuffer, quad, scene_of, tilted, wall_lights
 from ..oracle_geometry.statistics import accept, z_test
 
 CAMERA = Camera("c", (1.6, 1.2, 1.8), (-0.3, 0.8, -0.4), fov_y_deg=80.0)
@@ -49,11 +49,12 @@ def test_sun_point_and_spot(name: str) -> None:
         scene = dataclasses.replace(
             scene, meshes=[quad((-2, 0, 2), (2, 0, 2), (2, 0, -2), (-2, 0, -2)), *scene.meshes[1:]]
         )
-    g = CpuEngine(scene).render_gbuffer(CAMERA, (40, 24))
+    g = tilted(CpuEngine(scene).render_gbuffer(CAMERA, (40, 24)))
     hit = g.depth > 0
+    lifted = g.position[hit] + 2e-5 * g.geometric_normal[hit].astype(np.float64)
     wanted, sure = np.zeros((hit.sum(), 3)), np.ones(hit.sum(), bool)
     for light in [*scene.suns, *scene.points, *scene.spots]:
-        arriving, known = lit(scene, light, g.position[hit], g.normal[hit], ends=1e-3)
+        arriving, known = lit(scene, light, g.position[hit], g.normal[hit], lifted, ends=1e-3)
         wanted += arriving
         sure &= known
     found = directly(scene, g)

@@ -71,7 +71,9 @@ def test_one_light_is_the_exact_point_light_for_any_settings(normal, seed):
     assert np.all(np.abs(got - want) <= 1e-4 * want + 1e-5 * want.max(axis=0))
 
 
-@pytest.mark.parametrize("settings", [{}, {"construction": "scatter", "alpha": 2}, {"first_level": 1, "receiver": "soft"}])
+@pytest.mark.parametrize(
+    "settings", [{}, {"construction": "scatter", "alpha": 2}, {"first_level": 1, "receiver": "soft"}]
+)
 class TestPlacement:
     """Unshadowed light does not know where the origin is, how long a metre is, or which axis is up."""
 
@@ -151,7 +153,9 @@ def test_larger_alpha_is_nearer_to_the_exact_sum():
     for alpha in (0.5, 1, 2, 4, 16):
         got = lab.irradiance(hierarchy, position, normal, Params(alpha=alpha), scene_radius=1.4)
         errors.append(float(np.mean((got - exact) ** 2)))
-    assert errors == sorted(errors, reverse=True) and errors[2] < 0.5 * errors[0] and errors[4] < 1e-6 * np.mean(exact**2)
+    assert (
+        errors == sorted(errors, reverse=True) and errors[2] < 0.5 * errors[0] and errors[4] < 1e-6 * np.mean(exact**2)
+    )
 
 
 def test_shapes_and_messages():

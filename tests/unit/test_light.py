@@ -99,10 +99,15 @@ def test_lights_that_face_away_are_not_used():
     """A wall of lights with one normal, seen from behind, is dark: not one of them counts, at any level."""
     rng = np.random.default_rng(4)
     for n in cases.unit_vectors(rng, 10):
-        wall = cases.make_lights(rng.uniform(-1, 1, (300, 3)), rng.uniform(0.1, 1, (300, 3)), np.tile(n, (300, 1)))
-        hierarchy = hierarchy_of(wall, levels=3)
+        wall = cases.make_lights(rng.uniform(-1, 1, (400, 3)), rng.uniform(0.1, 1, (400, 3)), np.tile(n, (400, 1)))
+        hierarchy = hierarchy_of(wall, levels=2)  # no vertex so dim that its moments are a few fixed-point steps
         behind = rng.uniform(-1, 1, (64, 3)) - 6 * n
-        for settings in ({"alpha": 100}, {"alpha": 1}, {"alpha": 4, "first_level": 1}, {"alpha": 100, "first_level": 1}):
+        for settings in (
+            {"alpha": 100},
+            {"alpha": 1},
+            {"alpha": 4, "first_level": 1},
+            {"alpha": 100, "first_level": 1},
+        ):
             got, _ = light(hierarchy, behind, np.tile(n, (64, 1)), **settings)
             assert not got["irradiance"].any() and not got["lights_used"].any()
 
@@ -125,7 +130,9 @@ def test_pixels_that_see_nothing_stay_empty():
     gbuffer.depth[1, 2] = gbuffer.depth[3, 4] = 0
     got = _core.light(hierarchy, gbuffer, Params(shadow_samples=2).to_core(), RADIUS)
     hit = gbuffer.depth > 0
-    assert not got["irradiance"][~hit].any() and not got["overdraw"][:, ~hit].any() and not got["weight_sum"][~hit].any()
+    assert (
+        not got["irradiance"][~hit].any() and not got["overdraw"][:, ~hit].any() and not got["weight_sum"][~hit].any()
+    )
     assert (got["light"][~hit] == -1).all()
     assert got["overdraw"][-1][hit].min() == len(hierarchy.levels[-1])
     nothing = cases.as_gbuffer(position, normal, (4, 5))

@@ -268,7 +268,7 @@ def test_lines_are_left_out_with_a_note(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (lambda d: d["accessors"][0].update(count=2), "refers to vertex 3, but there are 2"),
+        (lambda d: d["accessors"][0].update(count=3), "refers to vertex 3, but there are 3"),
         (lambda d: d["accessors"][0].update(count=2**40), "needs .* bytes"),
         (lambda d: d["accessors"][1].update(count=5), "no whole number of triangles"),
         (lambda d: d["accessors"][1].update(bufferView=7), r"bufferViews\[7\], but there are 2"),
@@ -314,3 +314,14 @@ def test_nan_vertex_is_named(tmp_path: Path) -> None:
     gltf.node(mesh=gltf.mesh(POSITION=positions))
     with pytest.raises(LabError, match="vertex 2 is at"):
         load_scene(gltf.save(tmp_path / "a.glb"))
+
+
+def test_a_chain_of_thousands_of_nodes(tmp_path: Path) -> None:
+    gltf = Gltf()
+    mesh = gltf.mesh()
+    node = None
+    for _ in range(3000):
+        node = gltf.node(node, translation=[1, 0, 0])
+    gltf.node(node, mesh=mesh)
+    found = load_scene(gltf.save(tmp_path / "a.glb")).meshes[0].position
+    np.testing.assert_array_equal(found, QUAD + np.float32([3000, 0, 0]))

@@ -1,10 +1,9 @@
-"""scene.toml, sidecars, overrides, automatic lights and cameras, bad files of every ending; the shared scenes."""
+"""scene.toml, the JSON beside a file, the command line's overrides, the automatic sun."""
 
 from __future__ import annotations
 
 import json
 import math
-import shutil
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +15,6 @@ from lab.scene.sky import SUN_IRRADIANCE
 
 from .scene_files import QUAD, Gltf, ply, quad_glb
 
-ENDINGS = (".toml", ".glb", ".gltf", ".obj", ".ply")
 FULL = """
 name = "court"
 exposure = 1.5
@@ -197,54 +195,6 @@ def test_bare_mesh_gets_sun_and_camera_and_says_so(tmp_path: Path) -> None:
     assert any("no camera" in note for note in scene.notes)
 
 
-def box(gltf: Gltf, low: tuple[float, ...], high: tuple[float, ...], inward: bool = False) -> None:
-    """A box of 12 triangles, seen from outside or from within."""
-    p = np.array([[(low, high)[k >> a & 1][a] for a in range(3)] for k in range(8)], dtype=np.float32)
-    quads = [(0, 4, 6, 2), (1, 3, 7, 5), (0, 1, 5, 4), (2, 6, 7, 3), (0, 2, 3, 1), (4, 5, 7, 6)]
-    faces = np.array([f for a, b, c, d in quads for f in ((a, b, c), (a, c, d))], dtype=np.uint16)
-    gltf.node(mesh=gltf.mesh(faces[:, ::-1].copy() if inward else faces, POSITION=p))
-
-
-@pytest.mark.parametrize("scale", [1e-3, 1.0, 1e6])
-def test_camera_outside_an_object_sees_all_of_it(tmp_path: Path, scale: float) -> None:
-    gltf = Gltf()
-    box(gltf, (0, 0, 0), (2 * scale, scale, scale))
-    scene = load_scene(gltf.save(tmp_path / "a.glb"))
-    camera = scene.cameras[0]
-    low, high = scene.bounds
-    corners = np.array([[(low, high)[k >> a & 1][a] for a in range(3)] for k in range(8)])
-    forward = np.subtract(camera.target, camera.eye) / np.linalg.norm(np.subtract(camera.target, camera.eye))
-    away = corners - camera.eye
-    angle = np.degrees(np.arccos(away @ forward / np.linalg.norm(away, axis=1)))
-    assert (angle < camera.fov_y_deg / 2).all() and angle.max() > camera.fov_y_deg / 5
-
-
-def test_camera_stands_inside_a_room_and_looks_along_it(tmp_path: Path) -> None:
-    gltf = Gltf()
-    box(gltf, (0, 0, 0), (12, 3, 5), inward=True)
-    box(gltf, (9, 0, 2), (10, 1, 3))
-    camera = load_scene(gltf.save(tmp_path / "a.glb")).cameras[0]
-    assert all(low < v < high for v, low, high in zip(camera.eye, (0, 0, 0), (12, 3, 5), strict=True))
-    view = np.subtract(camera.target, camera.eye)
-    assert abs(view[0]) > abs(view[2]) and abs(view[1]) < 0.2 * abs(view[0])
-
-
-def test_camera_looks_into_an_open_box(tmp_path: Path) -> None:
-    gltf = Gltf()
-    box(gltf, (0, 0, 0), (4, 4, 4), inward=True)
-    faces = gltf.json["accessors"][-1]
-    faces["count"] -= 6  # without the last two triangles, the wall at z = 4
-    camera = load_scene(gltf.save(tmp_path / "a.glb")).cameras[0]
-    assert camera.eye[2] > 4 and camera.eye[0] == pytest.approx(2, abs=0.5)
-
-
-def test_far_from_the_origin_and_degenerate_triangles(tmp_path: Path) -> None:
-    gltf = Gltf()
-    gltf.node(mesh=gltf.mesh(np.array([0, 1, 2, 0, 0, 1, 3, 3, 3], dtype=np.uint8)), translation=[1e5, -1e5, 1e5])
-    scene = load_scene(gltf.save(tmp_path / "a.glb"))
-    assert scene.triangles == 3 and np.isfinite(scene.cameras[0].eye).all()
-
-
 def test_override(folder: Path) -> None:
     scene = load_scene(folder)
     assert override(scene) is scene
@@ -276,89 +226,3 @@ def test_override(folder: Path) -> None:
 def test_bad_override(folder: Path, given: dict[str, object], message: str) -> None:
     with pytest.raises(LabError, match=message):
         override(load_scene(folder), **given)  # type: ignore[arg-type]
-
-
-@pytest.mark.parametrize("ending", ENDINGS)
-def test_missing_empty_and_folder(tmp_path: Path, ending: str) -> None:
-    path = tmp_path / f"a{ending}"
-    with pytest.raises(LabError, match="no such file"):
-        load_scene(path)
-    path.write_bytes(b"")
-    with pytest.raises(LabError, match="is empty"):
-        load_scene(path)
-    (tmp_path / f"folder{ending}").mkdir()
-    with pytest.raises(LabError, match="folder"):
-        load_scene(tmp_path / f"folder{ending}")
-
-
-@pytest.mark.parametrize("ending", ENDINGS)
-@pytest.mark.parametrize("data", [b"hello, this is a text\n" * 9, b"\x89PNG\r\n\x1a\n" + bytes(range(256))])
-def test_something_else_under_the_name(
-    tmp_path: Path, capfd: pytest.CaptureFixture[str], ending: str, data: bytes
-) -> None:
-    (tmp_path / f"a{ending}").write_bytes(data)
-    with pytest.raises(LabError, match="a" + ending):
-        load_scene(tmp_path / f"a{ending}")
-    assert capfd.readouterr() == ("", "")
-
-
-def test_unknown_ending_names_the_known_ones(tmp_path: Path) -> None:
-    (tmp_path / "a.fbx").write_bytes(b"x")
-    with pytest.raises(LabError, match=r"'\.fbx'.*\.toml, \.glb, \.gltf, \.obj, \.ply"):
-        load_scene(tmp_path / "a.fbx")
-
-
-def test_glb_cut_off_anywhere(tmp_path: Path) -> None:
-    whole = quad_glb().bytes()
-    for length in range(0, len(whole), 7):
-        (tmp_path / "a.glb").write_bytes(whole[:length])
-        with pytest.raises(LabError, match=r"a\.glb"):
-            load_scene(tmp_path / "a.glb")
-
-
-def test_shared_scenes(shared_scenes: Path) -> None:
-    names = ["breakfast_room", "cornell_box", "living_room", "modern_hall", "sponza"]
-    for name in names:
-        told = json.loads((shared_scenes / f"{name}.json").read_text())
-        scene = load_scene(shared_scenes / f"{name}.glb")
-        assert scene.triangles == told["triangles"]
-        assert len(scene.materials) == told["materials"] and len(scene.textures) == told["textures"]
-        np.testing.assert_allclose(scene.bounds, told["bbox"], atol=1e-3)
-        assert [camera.name for camera in scene.cameras] == [camera["name"] for camera in told["cameras"]]
-        assert len(scene.suns) == (0 if told["sun_direction_to_sun"] is None and told["emitters"] else 1)
-        lit = {m.name: m.emission for m in scene.materials if max(m.emission) > 0}
-        assert lit == {e["material"]: pytest.approx(tuple(e["radiance"])) for e in told["emitters"]}
-        holes = {m.name for m in scene.materials if m.alpha_cutoff > 0}
-        assert holes == {*told["mask_materials"], *told["blend_materials"]}
-        for mesh in scene.meshes:
-            assert mesh.index.max() < len(mesh.position) and np.isfinite(mesh.position).all()
-            np.testing.assert_allclose(np.linalg.norm(mesh.normal.astype(float), axis=1), 1, atol=1e-5)
-    masked = [scene.textures[m.texture] for m in scene.materials if m.alpha_cutoff > 0]
-    assert len(masked) == 3 and all(texture[..., 3].min() == 0 for texture in masked)
-
-
-def test_shared_scenes_agree_with_open3d(shared_scenes: Path) -> None:
-    """An outside reader: open3d groups the triangles otherwise, but the surface it finds is the same."""
-    import open3d
-
-    for name in ("cornell_box", "sponza"):
-        scene = load_scene(shared_scenes / f"{name}.glb")
-        model = open3d.io.read_triangle_model(shared_scenes / f"{name}.glb")
-        corners = np.concatenate([np.asarray(m.mesh.vertices)[np.asarray(m.mesh.triangles)] for m in model.meshes])
-        ours = np.concatenate([mesh.position[mesh.index] for mesh in scene.meshes]).astype(float)
-        assert len(ours) == len(corners)
-        for moment in (1, 2):
-            np.testing.assert_allclose((ours**moment).sum(axis=(0, 1)), (corners**moment).sum(axis=(0, 1)), rtol=1e-6)
-
-
-def test_shared_scenes_without_their_sidecars(shared_scenes: Path, tmp_path: Path) -> None:
-    for name in ("breakfast_room", "living_room", "modern_hall", "sponza"):
-        shutil.copy(shared_scenes / f"{name}.glb", tmp_path)
-        scene = load_scene(tmp_path / f"{name}.glb")
-        low, high = scene.bounds
-        (camera,) = scene.cameras
-        assert (low < camera.eye).all() and (camera.eye < high).all(), name
-        assert any("a room, seen from within" in note for note in scene.notes)
-    shutil.copy(shared_scenes / "cornell_box.glb", tmp_path)
-    camera = load_scene(tmp_path / "cornell_box.glb").cameras[0]
-    assert camera.eye[2] < 0 and camera.target[2] > camera.eye[2]  # through the missing wall

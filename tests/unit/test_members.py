@@ -27,7 +27,9 @@ def build(lights, **settings):
 def tents(hierarchy, level, rows):
     """Trilinear weight (m, r) of source lights `rows` at each vertex of `level`, and their merged indices."""
     size = float(hierarchy.cell_size[level])
-    u = np.clip((hierarchy.position[rows].astype(np.float64) - hierarchy.origin) / size, 0, 2 ** (hierarchy.top - level))
+    u = np.clip(
+        (hierarchy.position[rows].astype(np.float64) - hierarchy.origin) / size, 0, 2 ** (hierarchy.top - level)
+    )
     apart = np.abs(u[None] - hierarchy.levels[level].vertex[:, None].astype(np.float64))
     return np.prod(np.maximum(0, 1 - apart), axis=2)
 

@@ -16,7 +16,7 @@ from lab.scene.scene import Camera, Material, Mesh, Scene
 
 from ..oracle_geometry.grids import contributions, geometry, member_shares, pick_weights
 from ..oracle_geometry.rays import free, holes_of
-from ..oracle_geometry.scenes import occluded_room, quad, scene_of, triangles_of, wall_lights
+from ..oracle_geometry.scenes import occluded_room, quad, scene_of, tilted, triangles_of, wall_lights
 
 CAMERA = Camera("c", (1.6, 1.2, 1.8), (-0.3, 0.8, -0.4), fov_y_deg=80.0)
 SIZE = (24, 14)
@@ -41,6 +41,11 @@ class Shot:
     @property
     def normal(self) -> Any:
         return self.gbuffer.normal.reshape(-1, 3).astype(np.float64)
+
+    @property
+    def lifted(self) -> Any:
+        """The receivers, just off their surfaces."""
+        return self.position + 2e-5 * self.gbuffer.geometric_normal.reshape(-1, 3)
 
     def slots(self, plane: Any) -> Any:
         """(pixels, k, ...) of a (H, W, k, ...) plane."""
@@ -69,7 +74,7 @@ def shot(**settings: Any) -> Shot:
     engine = CpuEngine(scene)
     assert scene.light_list is not None
     hierarchy = engine.build_hierarchy(scene.light_list, params)
-    gbuffer = engine.render_gbuffer(CAMERA, SIZE)
+    gbuffer = tilted(engine.render_gbuffer(CAMERA, SIZE))
     lighting = engine.light(hierarchy, gbuffer, params)
     shadows = engine.trace_shadow_rays(hierarchy, gbuffer, lighting, params)
     return Shot(scene, params, engine.scene_radius, hierarchy, gbuffer, lighting, shadows)
@@ -136,7 +141,7 @@ def test_jittered_rays_end_near_the_centre(name: str) -> None:
 def test_visible_is_the_ray_to_the_stored_point(name: str) -> None:
     s = shot(**VARIANTS[name])
     k = s.params.shadow_samples
-    origin = np.repeat(s.position + 2e-5 * s.normal, k, axis=0)
+    origin = np.repeat(s.lifted, k, axis=0)
     target = s.slots(s.shadows.point).reshape(-1, 3)
     is_free, sure = free(triangles_of(s.scene), origin, target, holes_of(s.scene), edge=1e-4, ends=1e-3)
     traced = s.slots(s.shadows.omega).ravel() > 0
