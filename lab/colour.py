@@ -13,6 +13,9 @@ LUMINANCE = (0.2126, 0.7152, 0.0722)
 KNEE = 0.5
 """Where the tone map leaves the identity; middle greys lie well below."""
 
+KEY = 0.15
+"""Where :func:`auto_exposure` puts a picture's mean luminance: a little under middle grey, 0.18."""
+
 
 def luminance(rgb: ArrayLike) -> Array:
     """(..., 3) linear RGB to (...) luminance; (..., 1) is taken as grey."""
@@ -49,6 +52,25 @@ def tone_map(colour: ArrayLike, exposure: float = 1.0) -> Array:
     scaled = exposed * (rolled / safe)
     bleach = ((peak - rolled) / safe) ** 3
     return np.asarray(scaled + (rolled - scaled) * bleach)
+
+
+def auto_exposure(colour: ArrayLike, surface: ArrayLike) -> float:
+    """The exposure that shows a picture well, for a scene that names none.
+
+    The geometric mean of the luminance goes to :data:`KEY`, but no more than the brightest 5 % of pixels go beyond
+    white twice over.
+
+    Args:
+        colour: (H, W, 3) linear radiance.
+        surface: (H, W) bool, the pixels that count: those that see a surface.
+    """
+    seen = luminance(np.asarray(colour, dtype=np.float64))[np.asarray(surface, dtype=bool)]
+    lit = seen[np.isfinite(seen) & (seen > 0)]
+    if lit.size == 0:
+        return 1.0
+    # Black corners must not pull the mean down without end.
+    mean = np.exp(np.mean(np.log(np.maximum(lit, 1e-3 * lit.mean()))))
+    return float(min(KEY / mean, 2.0 / np.quantile(lit, 0.95)))
 
 
 def to_bytes(colour: ArrayLike, exposure: float = 1.0) -> NDArray[np.uint8]:

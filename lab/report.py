@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lab import __version__
+from lab.colour import auto_exposure
 from lab.engine.engine import STAGES
 from lab.errors import LabError
 from lab.params import Params
@@ -46,7 +47,7 @@ def run_record(frame: Frame, scene: Scene, run: RunInfo, base: Path) -> Record:
         "params": frame.params.to_dict(),
         "preset": run.preset,
         "engine": run.engine,
-        "scene": _scene_record(scene, frame.camera, frame.gbuffer.size, run.overrides, base),
+        "scene": _scene_record(scene, frame, run.overrides, base),
         "machine": machine() | {"threads": threads()},
         "version": __version__,
         "stages_ms": {stage: round(frame.stages_ms[stage], 3) for stage in STAGES},
@@ -91,8 +92,11 @@ def add_maxima(record: Record, channels: Mapping[str, NDArray[Any]], seen: NDArr
             row[f"{layer}_max"] = 0 if counts is None else int(counts[seen].max(initial=0))
 
 
-def _scene_record(scene: Scene, camera: Camera, size: tuple[int, int], overrides: dict[str, str], base: Path) -> Record:
+def _scene_record(scene: Scene, frame: Frame, overrides: dict[str, str], base: Path) -> Record:
     path = Path(scene.path).resolve()
+    exposure = scene.exposure
+    if exposure is None:
+        exposure = auto_exposure(frame.image.colour, frame.gbuffer.depth > 0)
     return {
         "path": str(path),
         # So that a record moved together with its scene still finds it.
@@ -100,9 +104,9 @@ def _scene_record(scene: Scene, camera: Camera, size: tuple[int, int], overrides
         "name": scene.name,
         "triangles": scene.triangles,
         "lights": light_counts(scene),
-        "camera": camera_record(camera),
-        "size": list(size),
-        "exposure": scene.exposure,
+        "camera": camera_record(frame.camera),
+        "size": list(frame.gbuffer.size),
+        "exposure": exposure,
         "overrides": overrides,
     }
 

@@ -30,7 +30,7 @@ def run(args: argparse.Namespace) -> None:
         metadata = image_metadata(scene, frame.params, frame.camera)
         record = run_record(frame, scene, loaded.run, base)
         text = to_json(record)
-        pixels = to_bytes(frame.image.colour, scene.exposure)
+        pixels = to_bytes(frame.image.colour, record["scene"]["exposure"])
         paths = [beside(base, ending) for ending in ENDINGS]
         png, exr, json_file = paths
         write_all(

@@ -83,7 +83,7 @@ def _scene(path: Path, parts: Parts) -> Scene:
         spots=parts.spots,
         light_list=parts.light_list,
         cameras=parts.cameras,
-        exposure=1.0 if parts.exposure is None else parts.exposure,
+        exposure=parts.exposure,
         background=(0.0, 0.0, 0.0) if parts.background is None else parts.background,
         path=str(path),
         notes=parts.notes,

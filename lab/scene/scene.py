@@ -98,7 +98,9 @@ class Camera:
         if not all(math.isfinite(v) for v in values):
             raise LabError(f"camera {self.name!r}: every number must be finite, got {values}")
         if not 0 < self.fov_y_deg < 180:
-            raise LabError(f"camera {self.name!r}: the angle of view must be over 0 and under 180 degrees, got {self.fov_y_deg:g}")
+            raise LabError(
+                f"camera {self.name!r}: the angle of view must be over 0 and under 180 degrees, got {self.fov_y_deg:g}"
+            )
         if np.linalg.norm(np.cross(np.subtract(self.target, self.eye), self.up)) == 0:
             raise LabError(f"camera {self.name!r}: eye and target must differ, and up must not point along the view")
 
@@ -111,7 +113,8 @@ class Scene:
         textures: (h, w, 4) uint8 RGBA each, RGB in sRGB encoding, top row first.
         light_list: the user's own point lights; the hierarchy is built from them and no VPLs are traced.
         cameras: at least one; the first is the default.
-        exposure: factor on colour before it is made a PNG.    background: radiance seen where nothing is hit.
+        exposure: factor on colour before it is made a PNG; None: chosen from the picture (:func:`lab.colour.auto_exposure`).
+        background: radiance seen where nothing is hit; it lights nothing.
         notes: what was decided for the user while loading (an automatic camera, an invented sun ...).
     """
 
@@ -124,7 +127,7 @@ class Scene:
     spots: list[SpotLight] = field(default_factory=list)
     light_list: Lights | None = None
     cameras: list[Camera] = field(default_factory=list)
-    exposure: float = 1.0
+    exposure: float | None = None
     background: Vec3 = (0.0, 0.0, 0.0)
     path: str = ""
     notes: list[str] = field(default_factory=list)

@@ -3,7 +3,7 @@
 Every key the format knows::
 
     name = "court"                      # default: the folder's name
-    exposure = 1.5                      # factor on colour in the PNG, default 1
+    exposure = 1.5                      # factor on colour in the PNG, default: chosen from the picture
     background = [0.3, 0.4, 0.6]        # radiance seen where nothing is hit, default black; it lights nothing
     geometry = ["court.glb", "pots.obj"]  # needed; files beside the toml, with their materials, lights, cameras
     light_list = "lamps.npz"            # the user's own point lights, see lab/scene/lights.py; no VPLs are traced then

@@ -7,7 +7,7 @@ from lab.scene.values import direction
 
 SUN_IRRADIANCE: Vec3 = (6.0, 5.6, 5.0)
 """Irradiance (linear RGB) of every sun whose brightness is not given: white plaster in the sun, albedo 0.55, comes out
-at a radiance of 1 and so just white at exposure 1, a little warm."""
+at a radiance of 1, a little warm."""
 
 SUN_DIRECTION: Vec3 = (0.4, 0.8, 0.45)
 

@@ -190,7 +190,7 @@ def test_bad_sidecar(tmp_path: Path, text: str, message: str) -> None:
 
 def test_bare_mesh_gets_sun_and_camera_and_says_so(tmp_path: Path) -> None:
     scene = load_scene(quad_glb().save(tmp_path / "a.glb"))
-    assert len(scene.suns) == 1 and scene.suns[0].irradiance == SUN_IRRADIANCE and scene.exposure == 1
+    assert len(scene.suns) == 1 and scene.suns[0].irradiance == SUN_IRRADIANCE and scene.exposure is None
     assert any("sun was put in" in note for note in scene.notes)
     assert any("no camera" in note for note in scene.notes)
 
