@@ -133,7 +133,9 @@ def _add_method_flags(parser: argparse.ArgumentParser) -> None:
 def _add_view_flags(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("-o", dest="output", metavar="BASE", help="base name of the files (default: out/SCENE)")
     parser.add_argument("--camera", metavar="C", help="a camera's name, or eye:target[:up[:fov]], vectors as x,y,z")
-    parser.add_argument("--exposure", metavar="X", help="factor on the colour of the PNG, instead of the scene's")
+    parser.add_argument(
+        "--exposure", metavar="X", help="factor on the colour of the PNG, instead of the scene's or the automatic one"
+    )
     parser.add_argument("--size", metavar="WxH", help="pixels (default: 1280x720)")
 
 

@@ -83,7 +83,7 @@ def _require_torch() -> None:
     except ImportError as error:
         raise LabError(
             f"filter_backend=kornia needs torch and kornia ({error}): run 'make setup' with the extra \"kornia\" "
-            '(pip install "many-lights-lab[kornia]"), or use filter_backend=fused'
+            '(make setup EXTRA=kornia), or use filter_backend=fused'
         ) from error
 
 

@@ -86,5 +86,5 @@ def irradiance(
         pixel_angle=0.0,
     )
     plain = (params or Params()).replace(shadow_samples=0, interleave=1)
-    received: Floats = _core.light(hierarchy, points, plain.to_core(), scene_radius)["irradiance"]
-    return received[0]
+    received: Floats = _core.light(hierarchy, points, plain.to_core(), scene_radius)["irradiance"][0]
+    return received

@@ -11,7 +11,9 @@ from lab.errors import LabError
 def _pair(image: ArrayLike, reference: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     a, b = np.asarray(image, np.float64), np.asarray(reference, np.float64)
     if a.shape != b.shape or a.size == 0:
-        raise LabError(f"an image and its reference must have the same shape and pixels in it, got {a.shape} and {b.shape}")
+        raise LabError(
+            f"an image and its reference must have the same shape and pixels in it, got {a.shape} and {b.shape}"
+        )
     return a, b
 
 

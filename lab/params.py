@@ -70,22 +70,19 @@ class Setting:
         if isinstance(value, str) and value in self.words:
             return value
         if self.kind is bool:
-            if isinstance(value, bool):
-                return value
-            return {"true": True, "false": False}.get(str(value).lower())
+            return value if isinstance(value, bool) else {"true": True, "false": False}.get(str(value).lower())
         if self.kind is str:
             return value if isinstance(value, str) else None
-        if isinstance(value, bool):
-            return None
+        return None if isinstance(value, bool) else self._parse_number(str(value))
+
+    def _parse_number(self, text: str) -> int | float | None:
         try:
-            number = float(str(value))
+            number = float(text)
         except ValueError:
             return None
         if self.kind is float:
             return number
-        if not math.isfinite(number) or number != int(number):
-            return None
-        return int(str(value)) if str(value).lstrip("+-").isdigit() else int(number)
+        return int(number) if math.isfinite(number) and number == int(number) else None
 
     def _in_range(self, value: Value) -> bool:
         if isinstance(value, str) and value in self.words:
@@ -145,7 +142,7 @@ class Params:
 
     # --- lighting ---------------------------------------------------------------------------------
     lobe: str = _choice(
-        "moments", "emission of a grid light: E[n] and E[n n^T], first moment with its energy kept, or (demo) bare mean",
+        "moments", "emission of a grid light: E[n] and E[n n^T], E[n] with its power kept, or (demo) bare E[n]",
         "moments", "mean_energy", "mean", section="LY19 3.2",
     )  # fmt: skip
     receiver: str = _choice(
@@ -212,7 +209,13 @@ class Params:
     )  # fmt: skip
     filter_backend: str = _choice("fused", "C++ kernel, or kornia on torch", "fused", "kornia", section="LY19 3.3")
     sigma_shadow: float = _field(
-        1.0, "filter: tolerated difference of the shadow ratio", float, low=0, open_low=True, words=_OFF, symbol="s_c"
+        1.0,
+        "filter: tolerated difference of the shadow ratio",
+        float,
+        low=0,
+        open_low=True,
+        words=_OFF,
+        symbol="s_c",
     )
     sigma_normal: float = _field(
         0.3, "filter: tolerated difference of unit normals", float, low=0, open_low=True, words=_OFF, symbol="s_n"
@@ -284,7 +287,7 @@ PRESETS: dict[str, dict[str, Value]] = {
         "shadow_estimator": "ratio_rgb",
     },
 }
-"""What each preset changes from the defaults: ``ours`` nothing, ``paper`` = LY19's text, ``demo`` = the authors' demo."""
+"""What a preset changes from the defaults: ``ours`` nothing, ``paper`` LY19's text, ``demo`` the authors' demo."""
 
 
 def preset(name: str, **changes: object) -> Params:

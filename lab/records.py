@@ -1,8 +1,8 @@
 """THE data between the stages of a frame: plain records of numpy arrays.
 
 Shapes: n input lights, m grid lights of all levels merged (level 0 included), L levels, k shadow samples,
-H x W pixels. All arrays are C-contiguous; floats are float32; lengths are in the scene's own unit; colours are linear RGB.
-A *merged index* names a grid light everywhere.
+H x W pixels. All arrays are C-contiguous; floats are float32; lengths are in the scene's own unit; colours are
+linear RGB. A *merged index* names a grid light everywhere.
 """
 
 from __future__ import annotations
@@ -50,7 +50,9 @@ class Lights:
         flux = as_rows("Lights.flux", self.flux, 3)
         normal = np.zeros_like(position) if self.normal is None else as_rows("Lights.normal", self.normal, 3)
         if not len(position) == len(flux) == len(normal):
-            raise LabError(f"Lights: {len(position)} positions, {len(flux)} fluxes and {len(normal)} normals must agree")
+            raise LabError(
+                f"Lights: {len(position)} positions, {len(flux)} fluxes and {len(normal)} normals must agree"
+            )
         if len(position) == 0:
             raise LabError("Lights: at least one light is needed, got none")
         if (flux < 0).any():
@@ -58,7 +60,9 @@ class Lights:
         length = np.linalg.norm(normal, axis=1)
         if ((length > 0) & (np.abs(length - 1) > 1e-3)).any():
             row = int(np.argmax((length > 0) & (np.abs(length - 1) > 1e-3)))
-            raise LabError(f"Lights.normal: row {row} has length {length[row]:g}, expected 1 (or 0 for an isotropic light)")
+            raise LabError(
+                f"Lights.normal: row {row} has length {length[row]:g}, expected 1 (or 0 for an isotropic light)"
+            )
         for name, value in (("position", position), ("flux", flux), ("normal", normal)):
             object.__setattr__(self, name, value)
 

@@ -49,7 +49,8 @@ struct Element<Vertex> {
     static constexpr py::ssize_t columns = 3;
 };
 
-// The array behind `object` as a span of T: any leading shape, last axis = the numbers of one T (if more than one).
+// The array behind `object` as a span of T: any leading shape, last axis = the numbers of one T (if more than
+// one).
 template <class T>
 std::span<const T> view(const py::handle& object, const char* name) {
     using Scalar = typename Element<T>::Scalar;

@@ -8,13 +8,12 @@ namespace lab::bind {
 void bind_filter_shadows(py::module_& m) {
     m.def(
         "filter_shadows",
-        [](const py::object& gbuffer, const py::array& shadowed, const py::array& weight,
-           const py::array& area, const py::dict& params, float scene_radius) {
+        [](const py::object& gbuffer, const py::array& shadowed, const py::array& weight, const py::array& area,
+           const py::dict& params, float scene_radius) {
             const auto view_of_gbuffer = gbuffer_view(gbuffer);
             const auto pixels = view_of_gbuffer.pixels();
             const auto channels = shadowed.ndim() == 3 ? shadowed.shape(2) : 0;
-            if (channels != 1 && channels != 3)
-                throw py::type_error("shadowed: expected shape (H, W, 1) or (H, W, 3)");
+            if (channels != 1 && channels != 3) throw py::type_error("shadowed: expected shape (H, W, 1) or (H, W, 3)");
             const ShadowSignalView signal{
                 static_cast<int>(channels), view<float>(shadowed, "shadowed", pixels * channels),
                 view<float>(weight, "weight", pixels * channels), view<vec3>(area, "area", pixels)};

@@ -38,7 +38,7 @@ py::dict info() {
 
 PYBIND11_MODULE(_core, m) {
     m.doc() = "The C++ core of the many-lights laboratory: the seven stages of a frame on the CPU.";
-    py::register_exception<lab::UnlitScene>(m, "UnlitScene");
+    py::register_exception<lab::UnlitScene>(m, "UnlitSceneError");
     m.def("set_threads", [](int threads) { omp_set_num_threads(threads); }, py::arg("threads"));
     m.def("info", &info);
     m.def("default_params", [] { return lab::bind::params_to_dict(lab::Params{}); });

@@ -41,7 +41,8 @@ py::array blend_weight_(const py::object& distance, float blend_radius, bool fir
 // (n, 3) unit directions from the light -> (n,) emission.
 py::array emission_(const py::object& direction, const std::string& kind, const py::object& normal,
                     const py::object& normal_moment, bool oriented) {
-    const auto word = std::find_if(words_of<Lobe>.begin(), words_of<Lobe>.end(), [&](const char* w) { return kind == w; });
+    const auto word =
+        std::find_if(words_of<Lobe>.begin(), words_of<Lobe>.end(), [&](const char* w) { return kind == w; });
     if (word == words_of<Lobe>.end()) throw py::value_error("unknown lobe " + kind);
     const EmissionLobe lobe =
         make_lobe(static_cast<Lobe>(word - words_of<Lobe>.begin()), view<vec3>(normal, "normal", 1)[0],
@@ -92,7 +93,8 @@ py::array dealt_tile_(std::uint32_t count, std::uint32_t level, int n) {
 
 void bind_pure(py::module_& m) {
     m.def("pcg4d", &pcg4d_, py::arg("keys"));
-    m.def("blend_weight", &blend_weight_, py::arg("distance"), py::arg("blend_radius"), py::arg("first"), py::arg("top"));
+    m.def("blend_weight", &blend_weight_, py::arg("distance"), py::arg("blend_radius"), py::arg("first"),
+          py::arg("top"));
     m.def("emission", &emission_, py::arg("direction"), py::arg("kind"), py::arg("normal"), py::arg("normal_moment"),
           py::arg("oriented"));
     m.def("reservoir_picks", &reservoir_picks, py::arg("weight"), py::arg("uniform"));

@@ -13,7 +13,8 @@ template <class T>
 T from_python(const py::handle& value, const char* name) {
     if constexpr (std::is_enum_v<T>) {
         const auto word = value.cast<std::string>();
-        const auto found = std::find_if(words_of<T>.begin(), words_of<T>.end(), [&](const char* w) { return word == w; });
+        const auto found =
+            std::find_if(words_of<T>.begin(), words_of<T>.end(), [&](const char* w) { return word == w; });
         if (found == words_of<T>.end()) throw py::value_error(std::string(name) + ": unknown word " + word);
         return static_cast<T>(found - words_of<T>.begin());
     } else {

@@ -1,5 +1,5 @@
-// Python records (lab/records.py, lab/params.py) to the C++ views of them. Views borrow: the Python object must
-// outlive them.
+// Python records (lab/records.py, lab/params.py) to the C++ views of them. Views borrow: the Python object
+// must outlive them.
 #pragma once
 
 #include <pybind11/pybind11.h>

@@ -10,7 +10,8 @@
 namespace lab {
 namespace {
 
-// S0 in grid order of level 1's cells (ties in input order), so that neighbours in space are neighbours in memory.
+// S0 in grid order of level 1's cells (ties in input order), so that neighbours in space are neighbours in
+// memory.
 std::vector<std::uint32_t> grid_order(std::span<const vec3> positions, const Grid& grid) {
     RowIndex rows = index_rows(positions, grid, 1);
     const auto row_count = static_cast<std::int64_t>(rows.begin.size()) - 1;
@@ -81,8 +82,7 @@ void append_level(HierarchyData& out, LevelLights&& level) {
     append(out.oriented, level.oriented);
     append(out.member, level.member);
     append(out.member_cumulative, level.cumulative);
-    for (const std::uint32_t count : level.member_count)
-        out.member_offset.push_back(out.member_offset.back() + count);
+    for (const std::uint32_t count : level.member_count) out.member_offset.push_back(out.member_offset.back() + count);
     out.offset.push_back(static_cast<std::int64_t>(out.position.size()));
 }
 

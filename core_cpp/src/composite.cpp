@@ -7,9 +7,9 @@
 namespace lab {
 namespace {
 
-// Mean irradiance over a window that holds every interleaving tile with the same weight: n + 1 pixels a side, the
-// outer ones counted half, so a flat, evenly lit receiver gets back the sum over all lights exactly. Pixels of
-// another surface (normal, depth) stay out of it.
+// Mean irradiance over a window that holds every interleaving tile with the same weight: n + 1 pixels a side,
+// the outer ones counted half, so a flat, evenly lit receiver gets back the sum over all lights exactly.
+// Pixels of another surface (normal, depth) stay out of it.
 vec3 recombine(const GBufferView& g, std::span<const vec3> irradiance, int x, int y, int n) {
     const std::size_t p = static_cast<std::size_t>(y) * g.width + x;
     const vec3 normal = g.normal[p], position = g.position[p];

@@ -22,7 +22,8 @@ std::uint32_t draw_member(const HierarchyView& h, std::uint32_t light, const Ran
 }
 
 float sample_raised_cosine(float u) {
-    // The distribution x/2 + sin(pi x)/(2 pi) + 1/2 has no closed inverse: a table, inverted once by bisection.
+    // The distribution x/2 + sin(pi x)/(2 pi) + 1/2 has no closed inverse: a table, inverted once by
+    // bisection.
     constexpr int steps = 4096;
     static const std::array<float, steps + 1> table = [] {
         std::array<float, steps + 1> inverse{};

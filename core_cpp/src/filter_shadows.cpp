@@ -30,8 +30,7 @@ struct Kernel {
 Kernel gaussian(int radius, double sigma, std::vector<int> steps) {
     std::vector<double> weight;
     double sum = 0;
-    for (int i = -radius; i <= radius; ++i)
-        sum += weight.emplace_back(std::exp(-0.5 * i * i / (sigma * sigma)));
+    for (int i = -radius; i <= radius; ++i) sum += weight.emplace_back(std::exp(-0.5 * i * i / (sigma * sigma)));
     Kernel kernel{{}, std::move(steps)};
     for (const double w : weight) kernel.weight.push_back(static_cast<float>(w / sum));
     return kernel;
@@ -55,8 +54,7 @@ float guide(double value) {
 // Positions relative to the first surface point: a scene far from the origin keeps its precision.
 glm::dvec3 centre_of(const GBufferView& gbuffer) {
     const auto hit = std::find_if(gbuffer.depth.begin(), gbuffer.depth.end(), [](float d) { return d > 0; });
-    return hit == gbuffer.depth.end() ? glm::dvec3(0)
-                                      : glm::dvec3(gbuffer.position[hit - gbuffer.depth.begin()]);
+    return hit == gbuffer.depth.end() ? glm::dvec3(0) : glm::dvec3(gbuffer.position[hit - gbuffer.depth.begin()]);
 }
 
 // The guides that stay the same in every pass; see JointGuide and PlaneGuide.
@@ -130,9 +128,7 @@ void filter_row(const Planes& in, const Guide& guide, const Kernel& kernel, int 
             for (int dx = -radius; dx <= radius; ++dx) {
                 if (dx == 0 && dy == 0) continue;
                 const int shift = dx * step;
-                guide.weigh(
-                    {x, count, y, row, shift, kernel.weight[dy + radius] * kernel.weight[dx + radius]},
-                    weight);
+                guide.weigh({x, count, y, row, shift, kernel.weight[dy + radius] * kernel.weight[dx + radius]}, weight);
 #pragma omp simd
                 for (int i = 0; i < count; ++i) sum[i] += weight[i];
                 for (int c = 0; c < in.count(); ++c) {
@@ -161,13 +157,12 @@ void run(Signal& signal, Planes& geometry, const Params& params) {
     Planes out = signal.planes;
     for (const int step : kernel.steps) {
         guide_by_value(signal, per_value, value);
-        for (Planes* planes : {&signal.planes, &value, &geometry})
-            planes->reflect_sides(step, kernel.radius());
+        for (Planes* planes : {&signal.planes, &value, &geometry}) planes->reflect_sides(step, kernel.radius());
 #pragma omp parallel for schedule(dynamic, 8) if (out.worth_threads())
         for (int y = 0; y < out.height(); ++y) {
             if (params.filter == Filter::atrous_plane)
-                filter_row(signal.planes, PlaneGuide{value, geometry, 1.0f / step, per_normal * per_normal},
-                           kernel, step, y, out);
+                filter_row(signal.planes, PlaneGuide{value, geometry, 1.0f / step, per_normal * per_normal}, kernel,
+                           step, y, out);
             else
                 filter_row(signal.planes, JointGuide{value, geometry}, kernel, step, y, out);
         }
@@ -203,8 +198,7 @@ double mean_luminance(const GBufferView& gbuffer, std::span<const vec3> area) {
     return surfaces ? sum / static_cast<double>(surfaces) : 0.0;
 }
 
-void filter_area(const GBufferView& gbuffer, const Params& params, Planes& geometry,
-                 std::vector<vec3>& area) {
+void filter_area(const GBufferView& gbuffer, const Params& params, Planes& geometry, std::vector<vec3>& area) {
     Signal signal{Planes(gbuffer.width, gbuffer.height, 4), 3, mean_luminance(gbuffer, area)};
     if (!(signal.mean_area > 0)) return;
     for (int y = 0; y < gbuffer.height; ++y) {

@@ -9,8 +9,8 @@
 namespace lab {
 namespace {
 
-// Calls visit(light, vertex x, trilinear weight, offset from the vertex in cells) for every light of the four cell
-// rows around vertex row (y, z), in a fixed order.
+// Calls visit(light, vertex x, trilinear weight, offset from the vertex in cells) for every light of the four
+// cell rows around vertex row (y, z), in a fixed order.
 template <class Visit>
 void visit_row(const LevelSource& source, const RowIndex& rows, const Grid& grid, int level, int y, int z,
                bool half_open, const Visit& visit) {
@@ -66,8 +66,7 @@ void append_light(LevelLights& out, const VertexSums<Number>& flux_sums, const V
         deviation[c] = static_cast<float>(std::sqrt(std::max(0.0, square - mean * mean)) * size);
         normal[c] = static_cast<float>(Number::value(sums.normal[c]) * inverse);
     }
-    for (int c = 0; c < 6; ++c)
-        moment[c] = static_cast<float>(Number::value(sums.normal_moment[c]) * inverse);
+    for (int c = 0; c < 6; ++c) moment[c] = static_cast<float>(Number::value(sums.normal_moment[c]) * inverse);
     out.position.push_back(position);
     out.flux.push_back(flux);
     out.normal.push_back(normal);
@@ -78,7 +77,8 @@ void append_light(LevelLights& out, const VertexSums<Number>& flux_sums, const V
     out.weight.push_back(static_cast<float>(Number::value(sums.weight)));
 }
 
-// The member lists of a row's kept vertices: who contributes to each, in shares of 2^-32 of weight * luminance.
+// The member lists of a row's kept vertices: who contributes to each, in shares of 2^-32 of weight *
+// luminance.
 void append_members(LevelLights& out, const LevelSource& source, std::vector<std::vector<std::uint32_t>>& member,
                     std::vector<std::vector<double>>& share, const std::vector<std::uint8_t>& kept) {
     for (std::size_t x = 0; x < member.size(); ++x) {

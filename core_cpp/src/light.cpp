@@ -10,7 +10,9 @@
 namespace lab {
 namespace {
 
-std::int64_t level_size(const HierarchyView& h, int level) { return h.offset[level + 1] - h.offset[level]; }
+std::int64_t level_size(const HierarchyView& h, int level) {
+    return h.offset[level + 1] - h.offset[level];
+}
 
 // The lights of one level that each interleaving tile sees.
 std::vector<LightRows> deal_level(const HierarchyView& h, int level, const Params& params) {

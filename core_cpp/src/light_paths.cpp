@@ -30,8 +30,7 @@ LightPaths::LightPaths(const Scene& scene) : scene_(scene) {
         sources_.push_back({kind, index, sum, static_cast<float>(power)});
     };
     const double disc = std::numbers::pi * scene.radius() * static_cast<double>(scene.radius());
-    for (std::size_t i = 0; i < data.suns.size(); ++i)
-        add(Kind::sun, i, luminance(data.suns[i].irradiance) * disc);
+    for (std::size_t i = 0; i < data.suns.size(); ++i) add(Kind::sun, i, luminance(data.suns[i].irradiance) * disc);
     for (std::size_t i = 0; i < data.points.size(); ++i)
         add(Kind::point, i, luminance(data.points[i].intensity) * 4 * std::numbers::pi);
     for (std::size_t i = 0; i < data.spots.size(); ++i)
@@ -49,7 +48,8 @@ LightPaths::LightPaths(const Scene& scene) : scene_(scene) {
 EmittedRay LightPaths::emit(std::uint32_t path, std::uint32_t key) const {
     const Random4 a = random4(path, 0, Stream::emit, key), b = random4(path, 1, Stream::emit, key);
     const double u = a.x * 0x1p-32;
-    const auto found = std::find_if(sources_.begin(), sources_.end(), [u](const Source& s) { return u < s.cumulative; });
+    const auto found =
+        std::find_if(sources_.begin(), sources_.end(), [u](const Source& s) { return u < s.cumulative; });
     return emit_from(found == sources_.end() ? sources_.back() : *found, a, b);
 }
 
@@ -78,7 +78,8 @@ EmittedRay LightPaths::emit_from(const Source& source, const Random4& a, const R
             const float share = spot_attenuation(spot, glm::dot(direction, spot.direction));
             return {{spot.position, direction, endless}, spot.intensity * (share * solid_angle * weight)};
         }
-        case Kind::emitters: break;
+        case Kind::emitters:
+            break;
     }
     const auto& emitters = scene_.emitters();
     const float pick = to_unit(a.w);

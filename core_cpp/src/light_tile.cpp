@@ -13,7 +13,9 @@ namespace {
 
 const Box empty_box{vec3(std::numeric_limits<float>::max()), vec3(std::numeric_limits<float>::lowest())};
 
-void extend(Box& box, const vec3& p) { box = {glm::min(box.low, p), glm::max(box.high, p)}; }
+void extend(Box& box, const vec3& p) {
+    box = {glm::min(box.low, p), glm::max(box.high, p)};
+}
 
 // Bits of x spread three apart, for a Morton code of 8 bits an axis.
 std::uint32_t spread(std::uint32_t x) {
@@ -22,8 +24,8 @@ std::uint32_t spread(std::uint32_t x) {
     return (x | (x << 2)) & 0x00249249u;
 }
 
-// Sorts a tile's pixels along a Morton curve through its box: runs of them stay compact in space even where the
-// picture jumps in depth. Ties keep their order.
+// Sorts a tile's pixels along a Morton curve through its box: runs of them stay compact in space even where
+// the picture jumps in depth. Ties keep their order.
 void sort_in_space(const GBufferView& g, const Box& box, std::vector<std::uint32_t>& pixel) {
     const vec3 extent = box.high - box.low;
     const float longest = std::max(extent.x, std::max(extent.y, extent.z));
@@ -100,8 +102,7 @@ void LightTile::restart_picks() {
         earlier_sum_[i] = sum_[i];
         sum_[i] = 0.0f;  // the next light that contributes replaces any pick
     }
-    if (picks_.picker == Picker::race)
-        std::fill(state_.begin(), state_.end(), std::numeric_limits<float>::infinity());
+    if (picks_.picker == Picker::race) std::fill(state_.begin(), state_.end(), std::numeric_limits<float>::infinity());
 }
 
 bool LightTile::count_overdraw(const vec3& position, float half_edge, bool everywhere) {
@@ -136,8 +137,8 @@ bool LightTile::count_overdraw(const vec3& position, float half_edge, bool every
 }
 
 void LightTile::find_groups(const LightTerm& light, float outer_radius, std::int32_t (&sees)[tile_groups]) const {
-    // Bounds over every vector from a point of a group to the light: its squared length, its largest reach, how far
-    // the light rises above the receivers' horizon, and how far they stand before the light.
+    // Bounds over every vector from a point of a group to the light: its squared length, its largest reach,
+    // how far the light rises above the receivers' horizon, and how far they stand before the light.
     float least2[tile_groups] = {}, most2[tile_groups] = {}, reach[tile_groups] = {};
     float above[tile_groups] = {}, ahead[tile_groups] = {};
     for (int a = 0; a < 3; ++a) {

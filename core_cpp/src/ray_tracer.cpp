@@ -1,4 +1,5 @@
-// The only file that knows Embree, 3.13 or 4: their APIs differ in names and in how a query's arguments are passed.
+// The only file that knows Embree, 3.13 or 4: their APIs differ in names and in how a query's arguments are
+// passed.
 #include "lab/ray_tracer.h"
 
 #if LAB_EMBREE_MAJOR == 3
@@ -26,7 +27,9 @@ struct Query {
         rtcInitIntersectContext(&context);
         if (coherence == Coherence::coherent) context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
     }
-    void intersect(const int* valid, RTCScene scene, RTCRayHit16* rays) { rtcIntersect16(valid, scene, &context, rays); }
+    void intersect(const int* valid, RTCScene scene, RTCRayHit16* rays) {
+        rtcIntersect16(valid, scene, &context, rays);
+    }
     void occluded(const int* valid, RTCScene scene, RTCRay16* rays) { rtcOccluded16(valid, scene, &context, rays); }
 };
 #else
@@ -38,7 +41,9 @@ struct Query {
         rtcInitOccludedArguments(&any);
         if (coherence == Coherence::coherent) nearest.flags = any.flags = RTC_RAY_QUERY_FLAG_COHERENT;
     }
-    void intersect(const int* valid, RTCScene scene, RTCRayHit16* rays) { rtcIntersect16(valid, scene, rays, &nearest); }
+    void intersect(const int* valid, RTCScene scene, RTCRayHit16* rays) {
+        rtcIntersect16(valid, scene, rays, &nearest);
+    }
     void occluded(const int* valid, RTCScene scene, RTCRay16* rays) { rtcOccluded16(valid, scene, rays, &any); }
 };
 #endif
@@ -117,7 +122,8 @@ RayTracer::RayTracer(const SceneData& data) : self_(std::make_unique<Implementat
     self_->solid.scene = self_->masked.scene = &data;
     for (std::uint32_t t = 0; t < data.triangle.size(); ++t) {
         const Material& material = data.materials[data.material_of[t]];
-        const bool holes = material.alpha_cutoff > 0 && (material.texture >= 0 || material.alpha < material.alpha_cutoff);
+        const bool holes =
+            material.alpha_cutoff > 0 && (material.texture >= 0 || material.alpha < material.alpha_cutoff);
         (holes ? self_->masked : self_->solid).triangle.push_back(t);
     }
     self_->attach(self_->solid);
@@ -191,6 +197,8 @@ void RayTracer::visible(std::span<const Ray> rays, std::span<std::uint8_t> visib
     }
 }
 
-std::string RayTracer::version() { return RTC_VERSION_STRING; }
+std::string RayTracer::version() {
+    return RTC_VERSION_STRING;
+}
 
 }  // namespace lab

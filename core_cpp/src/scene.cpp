@@ -43,8 +43,8 @@ void Scene::find_emitters() {
         const Material& material = data_.materials[data_.material_of[t]];
         const glm::uvec3 c = data_.triangle[t];
         const glm::dvec3 a = data_.position[c.x];
-        const double area = 0.5 * glm::length(glm::cross(glm::dvec3(data_.position[c.y]) - a,
-                                                         glm::dvec3(data_.position[c.z]) - a));
+        const double area =
+            0.5 * glm::length(glm::cross(glm::dvec3(data_.position[c.y]) - a, glm::dvec3(data_.position[c.z]) - a));
         const double power = area * luminance(material.emission) * (material.two_sided ? 2 : 1);
         if (!(power > 0)) continue;
         sum += power;
@@ -66,8 +66,7 @@ Surface Scene::surface(const Hit& hit, float footprint) const {
     const vec3 n = w * data_.normal[t.x] + hit.u * data_.normal[t.y] + hit.v * data_.normal[t.z];
     const float length = glm::length(n);
     s.normal = length > 1e-6f ? n / length : s.geometric_normal;
-    s.albedo = material.base_colour *
-               (w * data_.colour[t.x] + hit.u * data_.colour[t.y] + hit.v * data_.colour[t.z]);
+    s.albedo = material.base_colour * (w * data_.colour[t.x] + hit.u * data_.colour[t.y] + hit.v * data_.colour[t.z]);
     s.emission = material.emission;
     s.emits_back = material.two_sided;
     if (material.texture >= 0) {
@@ -78,8 +77,8 @@ Surface Scene::surface(const Hit& hit, float footprint) const {
             const vec2 e = b - a, f = c - a;
             const float texels = std::abs(e.x * f.y - e.y * f.x) * static_cast<float>(texture.width()) *
                                  static_cast<float>(texture.height());
-            const float area = glm::length(glm::cross(data_.position[t.y] - data_.position[t.x],
-                                                      data_.position[t.z] - data_.position[t.x]));
+            const float area = glm::length(
+                glm::cross(data_.position[t.y] - data_.position[t.x], data_.position[t.z] - data_.position[t.x]));
             level = 0.5f * std::log2(texels / area * footprint * footprint);
         }
         s.albedo *= vec3(texture.sample(w * a + hit.u * b + hit.v * c, level));

@@ -8,8 +8,12 @@ namespace lab {
 namespace {
 
 // IEC 61966-2-1.
-float srgb_to_linear(float s) { return s <= 0.04045f ? s / 12.92f : std::pow((s + 0.055f) / 1.055f, 2.4f); }
-float linear_to_srgb(float l) { return l <= 0.0031308f ? l * 12.92f : 1.055f * std::pow(l, 1 / 2.4f) - 0.055f; }
+float srgb_to_linear(float s) {
+    return s <= 0.04045f ? s / 12.92f : std::pow((s + 0.055f) / 1.055f, 2.4f);
+}
+float linear_to_srgb(float l) {
+    return l <= 0.0031308f ? l * 12.92f : 1.055f * std::pow(l, 1 / 2.4f) - 0.055f;
+}
 
 const std::array<float, 256>& linear_table() {
     static const std::array<float, 256> table = [] {

@@ -34,8 +34,8 @@ class Sampler {
     }
 
     Sample draw(const LitPoint& at, std::uint32_t pixel, int sample, std::uint32_t pick, float f, float sum) const {
-        const int level = static_cast<int>(std::upper_bound(h_.offset.begin(), h_.offset.end(), pick) -
-                                           h_.offset.begin()) - 1;
+        const int level =
+            static_cast<int>(std::upper_bound(h_.offset.begin(), h_.offset.end(), pick) - h_.offset.begin()) - 1;
         const LightTerm term = light_term(h_, pick, level, settings_, scale_[level]);
         const Received received = receive_at(term, settings_, at);
         Sample s;
@@ -51,11 +51,14 @@ class Sampler {
             s.omega = member == pick ? 1.0f : member_weight(member, at, received);
         }
         switch (params_.shadow_estimator) {
-            case ShadowEstimator::average: s.share = vec3(1.0f); break;
+            case ShadowEstimator::average:
+                s.share = vec3(1.0f);
+                break;
             case ShadowEstimator::ratio_rgb:
                 s.share = term.intensity * (received.weight * s.omega * (f > 0 ? sum / f : 0.0f));
                 break;
-            default: s.share = vec3(s.omega);
+            default:
+                s.share = vec3(s.omega);
         }
         return s;
     }
@@ -67,8 +70,8 @@ class Sampler {
     std::uint32_t key_;
     std::vector<float> scale_;
 
-    // omega: the member's cosines over the grid light's. Members that face away don't count; distance is left out
-    // on purpose, a near member would spike.
+    // omega: the member's cosines over the grid light's. Members that face away don't count; distance is left
+    // out on purpose, a near member would spike.
     float member_weight(std::uint32_t member, const LitPoint& at, const Received& grid_light) const {
         LightTerm term = light_term(h_, member, 0, settings_, 1.0f);
         term.deviation = vec3(0.0f);
@@ -164,7 +167,8 @@ void trace_samples(const Scene& scene, const GBufferView& g, const LightingView&
             out.member[slot] = sample.member;
             out.omega[slot] = sample.omega;
             weight += sample.share * mean;
-            if (trace_all || sample.omega > 0) rays.push(shadow_ray(scene, at, sample.point), slot, sample.share * mean);
+            if (trace_all || sample.omega > 0)
+                rays.push(shadow_ray(scene, at, sample.point), slot, sample.share * mean);
         }
         // The corrected estimator does not divide by U: S is relative to 1 wherever something was picked.
         if (params.shadow_estimator == ShadowEstimator::corrected && any) weight = vec3(1.0f);

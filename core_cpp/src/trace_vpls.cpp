@@ -22,7 +22,8 @@ struct Walker {
     std::int64_t path;
 };
 
-// Advances all paths of a chunk bounce by bounce; VPLs come out by bounce and are put into path order afterwards.
+// Advances all paths of a chunk bounce by bounce; VPLs come out by bounce and are put into path order
+// afterwards.
 Chunk trace_chunk(const Scene& scene, const LightPaths& lights, std::int64_t first, int max_bounces,
                   std::uint32_t key) {
     std::vector<Ray> rays;
@@ -102,7 +103,8 @@ VplData trace_vpls(const Scene& scene, const Params& params) {
                 vpls.paths_launched = chunk.path[i] + 1;
             }
         if (vpls.position.empty() && launched >= patience)
-            throw UnlitScene("none of " + std::to_string(launched) + " rays from the lights reached a surface that reflects");
+            throw UnlitScene("none of " + std::to_string(launched) +
+                             " rays from the lights reached a surface that reflects");
         if (vpls.position.size() < wanted && launched >= most)
             throw UnlitScene("only " + std::to_string(vpls.position.size()) + " of " + std::to_string(launched) +
                              " rays from the lights reached a surface that reflects");

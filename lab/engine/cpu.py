@@ -34,7 +34,7 @@ class CpuEngine:
             return self.scene.light_list
         try:
             found = _core.trace_vpls(self._core_scene, params.to_core())
-        except _core.UnlitScene as error:
+        except _core.UnlitSceneError as error:
             raise LabError(
                 f"{self.scene.name}: {error}. Turn a light toward the scene (--sun x,y,z), or give it another"
             ) from None
@@ -98,7 +98,9 @@ def _core_scene(scene: Scene) -> _core.Scene:
     counts = [len(mesh.position) for mesh in meshes]
     first = np.concatenate([[0], np.cumsum(counts)[:-1]]).astype(np.uint32)
 
-    def joined(value: Callable[[Mesh], NDArray[np.float32] | None], neutral: float, columns: int) -> NDArray[np.float32]:
+    def joined(
+        value: Callable[[Mesh], NDArray[np.float32] | None], neutral: float, columns: int
+    ) -> NDArray[np.float32]:
         parts = [value(mesh) for mesh in meshes]
         filled = [
             np.full((n, columns), neutral, np.float32) if part is None else part

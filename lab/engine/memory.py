@@ -23,7 +23,7 @@ def available_bytes() -> int | None:
 
 
 def check_memory(lights: int, size: tuple[int, int], params: Params) -> None:
-    """Raises :class:`LabError` where `lights` lights and `size` = (width, height) pixels would need more than there is."""
+    """Raises :class:`LabError` where so many lights and `size` = (width, height) pixels need more than there is."""
     available = available_bytes()
     if available is None:
         return
@@ -37,6 +37,6 @@ def check_memory(lights: int, size: tuple[int, int], params: Params) -> None:
     if sum(needs.values()) > available:
         what, most = max(needs.items(), key=lambda item: item[1])
         raise LabError(
-            f"this frame needs about {sum(needs.values()) / 1e9:.0f} GB of memory and {available / 1e9:.0f} GB are free; "
-            f"{most / 1e9:.0f} GB are for {what}"
+            f"this frame needs about {sum(needs.values()) / 1e9:.0f} GB of memory, {available / 1e9:.0f} GB are free; "
+            f"{most / 1e9:.0f} GB of it for {what}"
         )

@@ -1,6 +1,6 @@
 """LY19 Figure 5: mean overdraw against the logarithm of the number of grid lights, as the VPL count grows.
 
-    python -m lab.experiments.overdraw_growth scenes/atrium/scene.toml
+Run it: ``python -m lab.experiments.overdraw_growth scenes/atrium/scene.toml``.
 """
 
 from __future__ import annotations

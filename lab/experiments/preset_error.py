@@ -1,6 +1,6 @@
 """What the presets ours, paper and demo get wrong, against every VPL summed one by one.
 
-    python -m lab.experiments.preset_error scenes/atrium/scene.toml
+Run it: ``python -m lab.experiments.preset_error scenes/atrium/scene.toml``.
 
 The unshadowed part compares irradiance without shadows, the shadowed part irradiance with every shadow ray (64 picks a
 pixel, no filter, so that what remains is the method's own error and not noise).

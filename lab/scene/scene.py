@@ -113,7 +113,8 @@ class Scene:
         textures: (h, w, 4) uint8 RGBA each, RGB in sRGB encoding, top row first.
         light_list: the user's own point lights; the hierarchy is built from them and no VPLs are traced.
         cameras: at least one; the first is the default.
-        exposure: factor on colour before it is made a PNG; None: chosen from the picture (:func:`lab.colour.auto_exposure`).
+        exposure: factor on colour before it is made a PNG; None: chosen from the picture
+            (:func:`lab.colour.auto_exposure`).
         background: radiance seen where nothing is hit; it lights nothing.
         notes: what was decided for the user while loading (an automatic camera, an invented sun ...).
     """

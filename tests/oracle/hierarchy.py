@@ -57,10 +57,8 @@ def input_source(lights) -> Source:
     """S0 as a source: one normal each; a light without one has n = 0 and n n^T = I / 3."""
     n = lights.normal.astype(np.float64)
     oriented = np.any(n != 0, axis=1)
-    outer = np.stack(
-        [n[:, 0] ** 2, n[:, 1] ** 2, n[:, 2] ** 2, n[:, 0] * n[:, 1], n[:, 0] * n[:, 2], n[:, 1] * n[:, 2]]
-    )
-    moment = np.where(oriented[:, None], outer.T, np.array([1, 1, 1, 0, 0, 0]) / 3)
+    outer = n[:, [0, 1, 2, 0, 0, 1]] * n[:, [0, 1, 2, 1, 2, 2]]
+    moment = np.where(oriented[:, None], outer, np.array([1, 1, 1, 0, 0, 0]) / 3)
     position = lights.position.astype(np.float64)
     ones, zeros = np.ones(len(position)), np.zeros(len(position))
     return Source(position, lights.flux.astype(np.float64), n, moment, oriented, ones, np.zeros_like(position), zeros)
@@ -93,7 +91,7 @@ def trilinear(u, cells):
 
 
 def build(source: Source, origin, cell_size, cells, *, centre_weight="flux", half_open=0, scale=1.0) -> Level:
-    """One level of `cells`^3 cells from `source`. `half_open`: stride of this level's vertices in S1's, 0: inclusive."""
+    """One level of `cells`^3 cells from `source`. `half_open`: this level's stride in S1's vertices, 0: inclusive."""
     u = (source.position - origin) / cell_size
     owner, light, share = [], [], []
     for vertex, weight in trilinear(u, cells):

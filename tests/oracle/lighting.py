@@ -12,7 +12,7 @@ from .pure import blend_weight, emission, falloff
 
 @dataclass
 class Lit:
-    """Irradiance (p, 3); per level and point (L, p): exact counts, and the least and most that rounding may make them."""
+    """Irradiance (p, 3); per level and point (L, p): exact counts, and the least and most that rounding may make."""
 
     irradiance: np.ndarray
     overdraw: np.ndarray
@@ -54,7 +54,8 @@ def light(hierarchy, position, normal, params, scene_radius, tile=None) -> Lit:
             received = np.where(distance > radius / 2, softened(cosine, spread), np.maximum(0, cosine))
         else:
             received = np.maximum(0, cosine)
-        blend = blend_weight(distance, radius, level == params.first_level, top)
+        ramps = radius, level == params.first_level, top
+        blend = blend_weight(distance, *ramps)
         geometry = falloff(safe**2, params.falloff, params.clamp_distance * scene_radius)
         weight = blend * received * emitted * geometry * factor
         total += weight @ (hierarchy.flux[rows].astype(np.float64) / np.pi)
@@ -67,9 +68,7 @@ def light(hierarchy, position, normal, params, scene_radius, tile=None) -> Lit:
         soft = params.receiver == "soft"  # a Gaussian's tail ends where float32 does
         # Where all normals agree, what a coarse light sends backward is zero or a rounding error: may be counted.
         even = (lobe != "mean") & (moment[:, :3].sum(axis=1) - np.sum(n * n, axis=1) < 1e-3)
-        near = np.maximum(
-            *(blend_weight(distance * s, radius, level == params.first_level, top) for s in (1 - 1e-5, 1 + 1e-5))
-        )
+        near = np.maximum(blend_weight(distance * (1 - 1e-5), *ramps), blend_weight(distance * (1 + 1e-5), *ramps))
         counts[3, level] = ((blend > 0) & (received > 0) & (emitted > 0)) @ lit
         counts[4, level] = ((blend > 1e-5) & (received > 1e-5) & (emitted > np.where(even, 1e-2, 1e-5))) @ lit
         counts[5, level] = ((near > 0) & (soft | (cosine > -1e-5)) & ((emitted > 0) | even)) @ lit
@@ -77,7 +76,7 @@ def light(hierarchy, position, normal, params, scene_radius, tile=None) -> Lit:
 
 
 def exact_sum(lights, position, normal, params, scene_radius):
-    """Irradiance at (p, 3) points from every input light itself: one-sided Lambertian, or isotropic without a normal."""
+    """Irradiance at (p, 3) points from every input light: one-sided Lambertian, or isotropic without a normal."""
     x, nx = np.asarray(position, np.float64), np.asarray(normal, np.float64)
     to_light = lights.position.astype(np.float64)[None] - x[:, None]
     d2 = np.sum(to_light**2, axis=2)

@@ -12,12 +12,15 @@ from .project import imports, sources, text
 # Lowest first. A module may import from its own layer and the ones under it.
 LAYERS = [
     {"lab.errors"},
-    {"lab.params", "lab.records", "lab.colour", "lab.outputs"},
+    {"lab.params", "lab.records", "lab.colour", "lab.outputs", "lab.metrics"},
     {"lab.scene"},
     {"lab.filters"},
     {"lab.engine"},
     {"lab.frame"},
-    {"lab.library", "lab.heatmap", "lab.image_io", "lab.export", "lab.report"},
+    {"lab.library", "lab.heatmap", "lab.image_io", "lab.export", "lab.report", "lab.metrics", "lab.reference"},
+    {"lab.experiments"},
+    {"lab.reference"},
+    {"lab.experiments"},
     {"lab"},
     {"lab.commands"},
     {"lab.cli", "lab.__main__"},

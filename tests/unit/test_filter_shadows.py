@@ -38,9 +38,8 @@ def filter_shadows(request) -> Filter:
     return request.param
 
 
-def pixels(values, channels=None):
-    array = np.ascontiguousarray(values, dtype=np.float32)
-    return array if channels is None else np.ascontiguousarray(np.broadcast_to(array, (*array.shape[:2], channels)))
+def pixels(values):
+    return np.ascontiguousarray(values, dtype=np.float32)
 
 
 def gbuffer_of(position, normal, depth, pixel_angle=0.01) -> GBuffer:

@@ -113,13 +113,3 @@ def test_members_do_not_change_the_hierarchy():
     one, other = build(lights), build(lights, shadow_samples=0)
     for name in ("position", "flux", "normal", "deviation", "vertex", "offset"):
         np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
-
-
-def test_members_of_lights_too_dim_for_luminance_share_evenly():
-    """Luminance that rounds to zero in float32 gives no shares: every member is as likely."""
-    tiny = np.float32(2**-149)
-    lights = cases.make_lights([[0, 0, 0], [1, 1, 1], [0.5, 0.5, 0.5]], np.full((3, 3), [0, 0, tiny]), None)
-    hierarchy = build(lights, levels=1)
-    for i in range(len(hierarchy.position) - 3):
-        light, cumulative = row(hierarchy.members, i)
-        assert len(light) in (1, 2, 3) and cumulative[-1] == LAST

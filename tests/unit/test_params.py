@@ -128,8 +128,8 @@ PAPER = {
     "deal_all": True,
 }  # fmt: skip
 DEMO = PAPER | {
-    "bounds_scale": 1.1, "levels": "demo", "gather_range": "half_open", "carry_moments": False, "centre_weight": "count",
-    "falloff": "softened", "shadow_estimator": "ratio_rgb",
+    "bounds_scale": 1.1, "levels": "demo", "gather_range": "half_open", "carry_moments": False,
+    "centre_weight": "count", "falloff": "softened", "shadow_estimator": "ratio_rgb",
 }  # fmt: skip
 
 

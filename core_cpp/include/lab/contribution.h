@@ -1,4 +1,5 @@
-// What one grid light sends to one point: the same few lines for lighting, shadow samples and irradiance queries.
+// What one grid light sends to one point: the same few lines for lighting, shadow samples and irradiance
+// queries.
 #pragma once
 
 #include <cmath>
@@ -32,7 +33,10 @@ struct LightSettings {
     int first_level;
 
     LightSettings(const Params& params, float scene_radius)
-        : lobe(params.lobe), falloff(params.falloff), receiver(params.receiver), alpha(params.alpha),
+        : lobe(params.lobe),
+          falloff(params.falloff),
+          receiver(params.receiver),
+          alpha(params.alpha),
           clamp2(params.clamp_distance * scene_radius * (params.clamp_distance * scene_radius)),
           first_level(params.first_level) {}
 };
@@ -45,9 +49,12 @@ inline LightTerm light_term(const HierarchyView& h, std::size_t i, int level, co
                             float deal_scale) {
     const float r = blend_radius(h, level, settings);
     const float scale = deal_scale / std::numbers::pi_v<float>;
-    return {h.position[i], h.flux[i] * scale,
+    return {h.position[i],
+            h.flux[i] * scale,
             make_lobe(settings.lobe, h.normal[i], h.normal_moment[i], h.oriented[i] != 0),
-            make_blend(r, level == settings.first_level, level == h.top()), h.deviation[i], 0.5f * r};
+            make_blend(r, level == settings.first_level, level == h.top()),
+            h.deviation[i],
+            0.5f * r};
 }
 
 // E[max(0, t)] of a Gaussian with mean t and deviation s.

@@ -1,5 +1,5 @@
-// Direct light of the scene's own lights at a point: sun, point and spot by one ray each, emissive triangles by area
-// samples. Visibility is the caller's: a candidate says what arrives if its ray is free.
+// Direct light of the scene's own lights at a point: sun, point and spot by one ray each, emissive triangles
+// by area samples. Visibility is the caller's: a candidate says what arrives if its ray is free.
 #pragma once
 
 #include "lab/random.h"

@@ -1,5 +1,5 @@
-// Where a shadow ray goes once a grid light is picked: to one of the input lights it is made of, or to a point jittered
-// around its centre (LY19 3.3).
+// Where a shadow ray goes once a grid light is picked: to one of the input lights it is made of, or to a
+// point jittered around its centre (LY19 3.3).
 #pragma once
 
 #include <cstdint>

@@ -42,9 +42,7 @@ struct JointGuide {
 
     void weigh(const TapRow& tap, float* weight) const {
         const auto p = [&](const Planes& planes, int i) { return planes.row(i, tap.row_p) + tap.x; };
-        const auto q = [&](const Planes& planes, int i) {
-            return planes.row(i, tap.row_q) + tap.x + tap.shift;
-        };
+        const auto q = [&](const Planes& planes, int i) { return planes.row(i, tap.row_q) + tap.x + tap.shift; };
         const float *vp = p(value, 0), *vq = q(value, 0);
         const float *ap = p(geometry, 0), *aq = q(geometry, 0), *bp = p(geometry, 1), *bq = q(geometry, 1);
         const float *cp = p(geometry, 2), *cq = q(geometry, 2), *xp = p(geometry, 3), *xq = q(geometry, 3);
@@ -67,9 +65,7 @@ struct PlaneGuide {
 
     void weigh(const TapRow& tap, float* weight) const {
         const auto p = [&](const Planes& planes, int i) { return planes.row(i, tap.row_p) + tap.x; };
-        const auto q = [&](const Planes& planes, int i) {
-            return planes.row(i, tap.row_q) + tap.x + tap.shift;
-        };
+        const auto q = [&](const Planes& planes, int i) { return planes.row(i, tap.row_q) + tap.x + tap.shift; };
         const float *vp = p(value, 0), *vq = q(value, 0);
         const float *ap = p(geometry, 0), *aq = q(geometry, 0), *bp = p(geometry, 1), *bq = q(geometry, 1);
         const float *cp = p(geometry, 2), *cq = q(geometry, 2), *xp = p(geometry, 3), *xq = q(geometry, 3);

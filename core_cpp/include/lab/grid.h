@@ -17,7 +17,8 @@ struct CellPoint {
     glm::vec3 fraction;
 };
 
-// Level l (1..top) has cells(l) = 2^(top - l) cells and one more vertex along each axis; all levels share a corner.
+// Level l (1..top) has cells(l) = 2^(top - l) cells and one more vertex along each axis; all levels share a
+// corner.
 struct Grid {
     glm::vec3 origin{0.0f};
     float top_size = 1.0f;

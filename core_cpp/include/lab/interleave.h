@@ -8,15 +8,18 @@
 namespace lab {
 
 // Pixel (x, y) belongs to tile (x mod n, y mod n).
-inline int interleave_tile(int x, int y, int n) { return (y % n) * n + x % n; }
+inline int interleave_tile(int x, int y, int n) {
+    return (y % n) * n + x % n;
+}
 
 // A level with fewer lights than tiles is not dealt: every tile sees it, at weight 1.
 inline bool is_dealt(std::int64_t lights, int n, bool deal_all) {
     return n > 1 && (deal_all || lights >= static_cast<std::int64_t>(n) * n);
 }
 
-// The tile that light `index` of `level` is dealt to. Each run of n^2 lights (neighbours in grid order) is dealt one
-// to each tile by a permutation of its own, so that tiles get even shares and no grid pattern shows.
+// The tile that light `index` of `level` is dealt to. Each run of n^2 lights (neighbours in grid order) is
+// dealt one to each tile by a permutation of its own, so that tiles get even shares and no grid pattern
+// shows.
 inline int dealt_tile(std::uint32_t index, std::uint32_t level, int n) {
     const auto tiles = static_cast<std::uint32_t>(n * n);
     const Random4 r = pcg4d({index / tiles, level, 0x51ed270bu, 0xb5297a4du});

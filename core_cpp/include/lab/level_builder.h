@@ -1,5 +1,6 @@
-// Builds one level of the hierarchy: every vertex row is owned by one thread, which looks up the lights of the four
-// cell rows around it. Scatter and gather of LY19 3.1 differ here in their source, S0 or S1; neither needs atomics.
+// Builds one level of the hierarchy: every vertex row is owned by one thread, which looks up the lights of
+// the four cell rows around it. Scatter and gather of LY19 3.1 differ here in their source, S0 or S1; neither
+// needs atomics.
 #pragma once
 
 #include <cstdint>
@@ -16,11 +17,11 @@ namespace lab {
 struct LevelSource {
     std::vector<vec3> position, flux, normal;
     std::vector<Symmetric> normal_moment;
-    std::vector<vec3> deviation;          // S1: inner spread of a light; empty for S0
-    std::vector<float> weight;            // S1: sum of trilinear weights; empty for S0, where it is 1
-    std::vector<Vertex> vertex;           // S1: its vertex; empty for S0
-    std::vector<std::uint8_t> oriented;   // 0: no normals in it
-    float flux_scale = 1.0f;              // power of two above every flux of S0
+    std::vector<vec3> deviation;           // S1: inner spread of a light; empty for S0
+    std::vector<float> weight;             // S1: sum of trilinear weights; empty for S0, where it is 1
+    std::vector<Vertex> vertex;            // S1: its vertex; empty for S0
+    std::vector<std::uint8_t> oriented;    // 0: no normals in it
+    float flux_scale = 1.0f;               // power of two above every flux of S0
     std::uint32_t first_merged_index = 0;  // of the source's lights
 
     bool is_s1() const { return !vertex.empty(); }

@@ -1,5 +1,5 @@
-// The lights of one level (or one interleaving tile's share of it), to be found by place: runs of neighbours along x,
-// by row (y, z). Memory goes with the number of lights, not with the grid.
+// The lights of one level (or one interleaving tile's share of it), to be found by place: runs of neighbours
+// along x, by row (y, z). Memory goes with the number of lights, not with the grid.
 #pragma once
 
 #include <algorithm>
@@ -31,9 +31,9 @@ class LightRows {
     };
     const HierarchyView& hierarchy_;
     std::vector<std::uint32_t> lights_;
-    std::vector<std::uint16_t> x_;       // of each light
-    std::vector<Row> rows_;              // by z, then y; one more at the end
-    std::vector<std::uint32_t> slab_;    // first row of each z; one more at the end
+    std::vector<std::uint16_t> x_;     // of each light
+    std::vector<Row> rows_;            // by z, then y; one more at the end
+    std::vector<std::uint32_t> slab_;  // first row of each z; one more at the end
     float inverse_cell_;
 
     glm::ivec3 vertex_of(const vec3& p, float slack) const;

@@ -1,5 +1,6 @@
-// A tile of pixels being lit: structure of arrays, one SIMD lane a pixel, picks kept beside the sums. The tile's pixels
-// are sorted in space into groups of one vector each, and every light is evaluated by the groups that can see it.
+// A tile of pixels being lit: structure of arrays, one SIMD lane a pixel, picks kept beside the sums. The
+// tile's pixels are sorted in space into groups of one vector each, and every light is evaluated by the
+// groups that can see it.
 #pragma once
 
 #include <cstdint>
@@ -31,15 +32,16 @@ class alignas(64) LightTile {
   public:
     LightTile(const LightSettings& light, const PickSettings& picks);
 
-    // Takes the pixels that see a surface. `pixel`: their rows in the G-buffer; they come back in the tile's order.
+    // Takes the pixels that see a surface. `pixel`: their rows in the G-buffer; they come back in the tile's
+    // order.
     void load(const GBufferView& gbuffer, std::vector<std::uint32_t>& pixel);
     int count() const { return count_; }
     const Box& box() const { return box_; }
 
     // Counts a light in the overdraw of the pixels inside its cube; returns false where it covers none.
     bool count_overdraw(const vec3& position, float half_edge, bool everywhere);
-    // Adds a light to the sums, counts and reservoirs of the groups that can see it. `outer_radius`: where its blend
-    // ends.
+    // Adds a light to the sums, counts and reservoirs of the groups that can see it. `outer_radius`: where
+    // its blend ends.
     void add(const LightTerm& light, std::uint32_t merged_index, float outer_radius);
     // From here on picks are made among the coming lights alone, unless none of them contributes.
     void restart_picks();
@@ -52,8 +54,8 @@ class alignas(64) LightTile {
     float pick_weight(int sample, int i) const { return pick_weight_[sample * tile_pixels + i]; }
 
   private:
-    // The lanes come first: whole vectors each, so all of them start on a vector's boundary. (alignas on each member
-    // would give their elements a type that GCC 12 does not vectorise.)
+    // The lanes come first: whole vectors each, so all of them start on a vector's boundary. (alignas on each
+    // member would give their elements a type that GCC 12 does not vectorise.)
     float px_[tile_pixels], py_[tile_pixels], pz_[tile_pixels], nx_[tile_pixels], ny_[tile_pixels], nz_[tile_pixels];
     float red_[tile_pixels], green_[tile_pixels], blue_[tile_pixels], sum_[tile_pixels], earlier_sum_[tile_pixels];
     std::uint32_t used_[tile_pixels], overdraw_[tile_pixels], pixel_[tile_pixels];
@@ -63,7 +65,8 @@ class alignas(64) LightTile {
     PickSettings picks_;
     int count_ = 0, groups_ = 0;
     Box box_;
-    std::vector<float> state_, pick_weight_;  // per sample: the reservoir's uniform, or the race's smallest key
+    std::vector<float> state_,
+        pick_weight_;  // per sample: the reservoir's uniform, or the race's smallest key
     std::vector<std::int32_t> pick_;
 
     // Which groups can see any of the light.

@@ -51,39 +51,39 @@ inline constexpr int max_levels = 12;
 inline constexpr float no_bound = std::numeric_limits<float>::infinity();  // "none" of omega_max and the sigmas
 
 // X(type, name, default)
-#define LAB_PARAMS(X)                                           \
-    X(std::int64_t, vpls, 100000)                               \
-    X(int, max_bounces, 3)                                      \
-    X(float, bounds_scale, 1.0f)                                \
-    X(int, levels, levels_auto)                                 \
-    X(Construction, construction, Construction::gather)         \
-    X(GatherRange, gather_range, GatherRange::inclusive)        \
-    X(bool, carry_moments, true)                                \
-    X(CentreWeight, centre_weight, CentreWeight::flux)          \
-    X(Lobe, lobe, Lobe::moments)                                \
-    X(Receiver, receiver, Receiver::hard)                       \
-    X(float, alpha, 1.0f)                                       \
-    X(int, first_level, 0)                                      \
-    X(Falloff, falloff, Falloff::clamped)                       \
-    X(float, clamp_distance, 0.01f)                             \
-    X(int, shadow_samples, 4)                                   \
-    X(int, first_shadow_level, 0)                               \
-    X(bool, importance, true)                                   \
-    X(Picker, picker, Picker::reservoir)                        \
-    X(ShadowPoints, shadow_points, ShadowPoints::members)       \
-    X(float, deviation_scale, 0.5f)                             \
+#define LAB_PARAMS(X)                                            \
+    X(std::int64_t, vpls, 100000)                                \
+    X(int, max_bounces, 3)                                       \
+    X(float, bounds_scale, 1.0f)                                 \
+    X(int, levels, levels_auto)                                  \
+    X(Construction, construction, Construction::gather)          \
+    X(GatherRange, gather_range, GatherRange::inclusive)         \
+    X(bool, carry_moments, true)                                 \
+    X(CentreWeight, centre_weight, CentreWeight::flux)           \
+    X(Lobe, lobe, Lobe::moments)                                 \
+    X(Receiver, receiver, Receiver::hard)                        \
+    X(float, alpha, 1.0f)                                        \
+    X(int, first_level, 0)                                       \
+    X(Falloff, falloff, Falloff::clamped)                        \
+    X(float, clamp_distance, 0.01f)                              \
+    X(int, shadow_samples, 4)                                    \
+    X(int, first_shadow_level, 0)                                \
+    X(bool, importance, true)                                    \
+    X(Picker, picker, Picker::reservoir)                         \
+    X(ShadowPoints, shadow_points, ShadowPoints::members)        \
+    X(float, deviation_scale, 0.5f)                              \
     X(ShadowEstimator, shadow_estimator, ShadowEstimator::ratio) \
-    X(float, omega_max, 2.0f)                                   \
-    X(int, interleave, 1)                                       \
-    X(bool, deal_all, false)                                    \
-    X(Filter, filter, Filter::atrous)                           \
-    X(FilterBackend, filter_backend, FilterBackend::fused)      \
-    X(float, sigma_shadow, 1.0f)                                \
-    X(float, sigma_normal, 0.3f)                                \
-    X(float, sigma_position, 0.02f)                             \
-    X(float, sigma_plane, 1.0f)                                 \
-    X(int, direct_samples, 4)                                   \
-    X(std::uint32_t, seed, 0)                                   \
+    X(float, omega_max, 2.0f)                                    \
+    X(int, interleave, 1)                                        \
+    X(bool, deal_all, false)                                     \
+    X(Filter, filter, Filter::atrous)                            \
+    X(FilterBackend, filter_backend, FilterBackend::fused)       \
+    X(float, sigma_shadow, 1.0f)                                 \
+    X(float, sigma_normal, 0.3f)                                 \
+    X(float, sigma_position, 0.02f)                              \
+    X(float, sigma_plane, 1.0f)                                  \
+    X(int, direct_samples, 4)                                    \
+    X(std::uint32_t, seed, 0)                                    \
     X(std::uint32_t, frame, 0)
 
 struct Params {

@@ -1,4 +1,5 @@
-// Counter-based random numbers: a hash of what is being decided, so that any thread, order or engine gets the same.
+// Counter-based random numbers: a hash of what is being decided, so that any thread, order or engine gets the
+// same.
 #pragma once
 
 #include <cstdint>
@@ -38,12 +39,15 @@ inline std::uint32_t frame_key(std::uint32_t seed, std::uint32_t frame) {
     return pcg4d({seed, frame, 0x9e3779b9u, 0x85ebca6bu}).x;
 }
 
-// Four independent numbers for (what, which, stream) of a frame. `what` is a pixel or a path, `which` a counter.
+// Four independent numbers for (what, which, stream) of a frame. `what` is a pixel or a path, `which` a
+// counter.
 inline Random4 random4(std::uint32_t what, std::uint32_t which, Stream stream, std::uint32_t key) {
     return pcg4d({what, which, static_cast<std::uint32_t>(stream), key});
 }
 
 // [0, 1) with 24 bits.
-inline float to_unit(std::uint32_t bits) { return static_cast<float>(bits >> 8) * 0x1p-24f; }
+inline float to_unit(std::uint32_t bits) {
+    return static_cast<float>(bits >> 8) * 0x1p-24f;
+}
 
 }  // namespace lab

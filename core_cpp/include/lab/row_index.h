@@ -1,4 +1,5 @@
-// Points sorted by the row (y, z) of their grid cell: the owner of a vertex row finds its lights in four rows.
+// Points sorted by the row (y, z) of their grid cell: the owner of a vertex row finds its lights in four
+// rows.
 #pragma once
 
 #include <cstdint>

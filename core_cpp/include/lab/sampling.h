@@ -30,7 +30,8 @@ inline glm::vec3 sample_cosine(const glm::vec3& n, float u, float v) {
     return glm::normalize(d.x * s + d.y * t + std::sqrt(std::max(0.0f, 1.0f - u)) * n);
 }
 
-// Uniform over the directions within the cone cos_angle >= cos_max around the unit vector axis (-1: the sphere).
+// Uniform over the directions within the cone cos_angle >= cos_max around the unit vector axis (-1: the
+// sphere).
 inline glm::vec3 sample_cone(const glm::vec3& axis, float cos_max, float u, float v) {
     glm::vec3 s, t;
     frame_around(axis, s, t);

@@ -1,4 +1,5 @@
-// The scene as the core holds it: one soup of triangles, materials, textures and lights, and a ray tracer over them.
+// The scene as the core holds it: one soup of triangles, materials, textures and lights, and a ray tracer
+// over them.
 #pragma once
 
 #include <glm/glm.hpp>
@@ -89,7 +90,8 @@ class Scene {
     void find_emitters();
 };
 
-// Share of a spot's intensity toward a direction at cos_angle from its axis (KHR_lights_punctual's smooth edge).
+// Share of a spot's intensity toward a direction at cos_angle from its axis (KHR_lights_punctual's smooth
+// edge).
 float spot_attenuation(const SpotLight& spot, float cos_angle);
 
 }  // namespace lab

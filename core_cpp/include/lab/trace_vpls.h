@@ -13,7 +13,8 @@ struct VplData {
     std::int64_t paths_launched = 0;
 };
 
-// Exactly params.vpls lights, the same for any thread count. Throws UnlitScene where light reaches (almost) nothing.
+// Exactly params.vpls lights, the same for any thread count. Throws UnlitScene where light reaches (almost)
+// nothing.
 VplData trace_vpls(const Scene& scene, const Params& params);
 
 struct UnlitScene : std::runtime_error {

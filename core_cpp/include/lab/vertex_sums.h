@@ -9,9 +9,9 @@
 
 namespace lab {
 
-// Input lights are summed in 64-bit fixed point: integer sums don't depend on order, so S1 is bit-identical for any
-// thread count and order of the lights. Every term is under 1 in magnitude (squares of positions reach 1), so that
-// 2^23 lights stay under 2^56. Gathered levels are summed in double, in a fixed order.
+// Input lights are summed in 64-bit fixed point: integer sums don't depend on order, so S1 is bit-identical
+// for any thread count and order of the lights. Every term is under 1 in magnitude (squares of positions
+// reach 1), so that 2^23 lights stay under 2^56. Gathered levels are summed in double, in a fixed order.
 struct FixedPoint {
     using Sum = std::int64_t;
     static Sum term(float x) { return std::llrint(static_cast<double>(x) * 0x1p32); }
@@ -47,7 +47,8 @@ struct VertexSums {
         for (int c = 0; c < 3; ++c) flux[c] += Number::term(w * light.flux[c]);
     }
 
-    // `offset`: the light relative to the vertex, in cells. Moments are weighted by luminance, or by weight alone.
+    // `offset`: the light relative to the vertex, in cells. Moments are weighted by luminance, or by weight
+    // alone.
     void add(const SourceLight& light, float w, const glm::vec3& offset, bool by_luminance) {
         add_flux(light, w);
         weight += Number::term(w * light.weight);
