@@ -82,8 +82,8 @@ def _require_torch() -> None:
         import torch  # noqa: F401
     except ImportError as error:
         raise LabError(
-            f"filter_backend=kornia needs torch and kornia ({error}): run 'make setup' with the extra \"kornia\" "
-            '(make setup EXTRA=kornia), or use filter_backend=fused'
+            f"filter_backend=kornia needs torch and kornia ({error}): "
+            "install them with 'make setup EXTRA=kornia', or use filter_backend=fused"
         ) from error
 
 

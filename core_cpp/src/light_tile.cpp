@@ -84,13 +84,12 @@ void LightTile::load(const GBufferView& gbuffer, std::vector<std::uint32_t>& pix
                 const int slot = s * tile_pixels + i;
                 pick_[slot] = -1;
                 pick_weight_[slot] = 0.0f;
-                state_[slot] = picks_.picker == Picker::race
-                                   ? std::numeric_limits<float>::infinity()
-                                   : to_unit(random4(p, static_cast<std::uint32_t>(s), Stream::pick, picks_.key).x);
+                state_[slot] = std::numeric_limits<float>::infinity();
             }
         }
         bounds_.set(group, points, normals);
-        covers_group_[group] = 0;
+        covers_group_[group] = lights_seen_[group] = 0;
+        if (picks_.picker == Picker::reservoir) draw_uniforms(group * group_lanes, 0);
     }
     for (int group = groups_; group < tile_groups; ++group)  // never seen: a box at infinity
         bounds_.set(group, {vec3(1e30f), vec3(1e30f)}, {vec3(0.0f), vec3(0.0f)});
@@ -219,8 +218,21 @@ void LightTile::add(const LightTerm& light, std::uint32_t merged_index, float ou
     });
 }
 
+void LightTile::draw_uniforms(int first, std::uint32_t turn) {
+    for (int s = 0; s < picks_.samples; ++s)
+        for (int i = first; i < first + group_lanes; ++i) {
+            const std::uint32_t which = turn * max_shadow_samples + static_cast<std::uint32_t>(s);
+            state_[s * tile_pixels + i] = to_unit(random4(pixel_[i], which, Stream::pick, picks_.key).x);
+        }
+}
+
 void LightTile::pick_by_reservoir(std::uint32_t merged_index, int first, const float (&target)[group_lanes]) {
     const auto light = static_cast<std::int32_t>(merged_index);
+    // Each decision uses up some of a uniform's 24 bits. What is left is independent of the past, so it can be
+    // replaced at any time: every few lights it is, long before the bits run out.
+    constexpr std::uint32_t lights_per_uniform = 16;
+    std::uint32_t& seen = lights_seen_[first / group_lanes];
+    if (++seen % lights_per_uniform == 0) draw_uniforms(first, seen / lights_per_uniform);
     float take[group_lanes], taken_scale[group_lanes], kept_scale[group_lanes];
     float* sum = sum_ + first;
 #pragma omp simd

@@ -207,8 +207,8 @@ def test_interleaved_picks(deal_all: bool) -> None:
 # --- members -----------------------------------------------------------------------------------------------------
 
 
-def member_counts(params: Params, lights: Lights, rows: list[int], copies: int) -> tuple[Any, Any]:
-    """(rows, n) how often each input light was drawn from the lights `rows`, and their probabilities."""
+def members(params: Params, lights: Lights, rows: list[int], copies: int) -> tuple[Any, Any]:
+    """(copies, rows, k) input lights drawn from the lights `rows`, and the (rows, n) probabilities of each."""
     engine = CpuEngine(occluded_room(lights))
     h = engine.build_hierarchy(lights, params)
     shape = (copies, len(rows))
@@ -221,10 +221,14 @@ def member_counts(params: Params, lights: Lights, rows: list[int], copies: int) 
         target_weight=np.ones((*shape, k), np.float32),
         weight_sum=np.ones(shape, np.float32),
     )
-    member = engine.trace_shadow_rays(h, g, chosen, params).member
-    n = len(lights)
-    counts = np.stack([np.bincount(member[:, i].ravel(), minlength=n) for i in range(len(rows))])
-    return counts, member_shares(h, params.construction)[rows]
+    return engine.trace_shadow_rays(h, g, chosen, params).member, member_shares(h, params.construction)[rows]
+
+
+def member_counts(params: Params, lights: Lights, rows: list[int], copies: int) -> tuple[Any, Any]:
+    """(rows, n) how often each input light was drawn from the lights `rows`, and their probabilities."""
+    member, share = members(params, lights, rows, copies)
+    counts = np.stack([np.bincount(member[:, i].ravel(), minlength=len(lights)) for i in range(len(rows))])
+    return counts, share
 
 
 @pytest.mark.parametrize("construction", ["gather", "scatter"])
@@ -243,6 +247,19 @@ def test_members_are_drawn_by_weight_times_luminance(construction: str, level: i
         assert not accept([chi_square(c, p) for c, p in zip(counts, wrong, strict=True)]), "without luminance"
         even = [(p > 0).astype(float) for p in share]
         assert not accept([chi_square(c, p) for c, p in zip(counts, even, strict=True)]), "evenly"
+
+
+@pytest.mark.parametrize("change", [{"frame": 1}, {"seed": 1}])
+def test_members_are_drawn_anew(change: dict[str, int]) -> None:
+    """Another frame or seed draws members independently of the first: pairs follow the product."""
+    params = Params(levels=1, shadow_samples=4)
+    lights = wall_lights(8, 4, oriented=0.0)
+    row = [len(lights) + 3]
+    first, share = members(params, lights, row, 2000)
+    second, _ = members(params.replace(**change), lights, row, 2000)
+    assert (share > 0.02).sum() >= 2
+    pairs = np.bincount((first * 4 + second).ravel(), minlength=16)
+    assert accept(chi_square(pairs, np.outer(share, share).ravel()))
 
 
 def test_members_of_one_light_and_of_a_single_cell() -> None:

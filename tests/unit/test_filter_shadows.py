@@ -203,7 +203,7 @@ def test_edge_stopping_weight_is_a_gaussian_of_the_distance():
         params = Params(sigma_shadow="none", sigma_normal="none", sigma_position=1.0)
         result = fused(gbuffer, shadows, params, 1.0).shadowed[0, 0, 0]
         other = taps[1::2].sum() * math.exp(-0.5 * np.float32(distance) ** 2)
-        assert result == pytest.approx(other / (taps[::2].sum() + other), rel=1e-5)
+        assert result == pytest.approx(other / (taps[::2].sum() + other), rel=2e-6)
 
 
 @pytest.mark.parametrize("name", FILTERS)
@@ -226,8 +226,7 @@ def test_numerator_and_weight_share_their_tap_weights(filter_shadows, name, chan
 
 @pytest.mark.parametrize("name", FILTERS)
 def test_pixel_without_samples_takes_its_neighbours_ratio(filter_shadows, name):
-    weight = np.ones((9, 9, 1))
-    weight[4, 4] = 0
+    weight = np.where(np.arange(81) == 40, 0.0, 1.0).reshape(9, 9, 1)
     result = filter_shadows(flat_floor(9, 9), shadows_of(0.25 * weight, weight), Params(filter=name), 1.0)
     assert result.weight[4, 4, 0] > 0.1
     np.testing.assert_allclose(result.shadowed / result.weight, 0.25, rtol=1e-5)
@@ -267,8 +266,7 @@ def test_strength_of_area_lights_does_not_matter(filter_shadows, name):
 @pytest.mark.parametrize("name", FILTERS)
 def test_background_does_not_darken_silhouettes(filter_shadows, name):
     gbuffer = flat_floor(20, 20)
-    hit = np.zeros((20, 20, 1))
-    hit[:, :11] = 1
+    hit = np.broadcast_to(np.arange(20)[:, None] < 11, (20, 20, 1)).astype(float)
     gbuffer = gbuffer_of(gbuffer.position * hit, gbuffer.normal * hit, hit[..., 0])
     result = filter_shadows(gbuffer, shadows_of(0.5 * hit, hit, 3 * hit * np.ones(3)), Params(filter=name, **WIDE), 1.0)
     np.testing.assert_allclose(result.area, 3 * hit * np.ones(3), rtol=1e-5)
@@ -281,8 +279,7 @@ def test_edges_of_the_geometry_stop_the_filter(filter_shadows, name):
     gbuffer = flat_floor(24, 24)
     normal = gbuffer.normal.copy()
     normal[:, 12:] = [1, 0, 0]
-    lit = np.ones((24, 24, 1))
-    lit[:, 12:] = 0
+    lit = np.broadcast_to(np.arange(24)[:, None] < 12, (24, 24, 1)).astype(float)
     gbuffer = gbuffer_of(gbuffer.position, normal, gbuffer.depth)
     result = filter_shadows(gbuffer, shadows_of(lit, np.ones_like(lit)), Params(filter=name, sigma_normal=0.2), 1.0)
     np.testing.assert_allclose(result.shadowed, lit, atol=1e-5)
@@ -349,5 +346,5 @@ def test_wrong_shapes_and_types_raise():
 def test_missing_kornia_says_how_to_get_it(monkeypatch, missing):
     monkeypatch.setitem(sys.modules, missing, None)
     gbuffer, shadows = noisy_case(2, 2, 1)
-    with pytest.raises(LabError, match=r"make setup.*many-lights-lab\[kornia\]"):
+    with pytest.raises(LabError, match="make setup EXTRA=kornia"):
         filters.filter_shadows(gbuffer, shadows, Params(), 1.0)

@@ -60,7 +60,7 @@ class alignas(64) LightTile {
     float red_[tile_pixels], green_[tile_pixels], blue_[tile_pixels], sum_[tile_pixels], earlier_sum_[tile_pixels];
     std::uint32_t used_[tile_pixels], overdraw_[tile_pixels], pixel_[tile_pixels];
     GroupBounds bounds_;
-    std::uint32_t covers_group_[tile_groups];
+    std::uint32_t covers_group_[tile_groups], lights_seen_[tile_groups];
     LightSettings light_;
     PickSettings picks_;
     int count_ = 0, groups_ = 0;
@@ -73,6 +73,7 @@ class alignas(64) LightTile {
     void find_groups(const LightTerm& light, float outer_radius, std::int32_t (&sees)[tile_groups]) const;
     template <bool soft, bool clamped>
     float add_to_group(const LightTerm& term, int first, float (&target)[group_lanes]);
+    void draw_uniforms(int first, std::uint32_t turn);
     void pick_by_reservoir(std::uint32_t merged_index, int first, const float (&target)[group_lanes]);
     void pick_by_race(std::uint32_t merged_index, int first, const float (&target)[group_lanes]);
 };

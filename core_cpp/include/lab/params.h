@@ -47,7 +47,7 @@ template <>
 inline constexpr std::array words_of<FilterBackend>{"fused", "kornia"};
 
 inline constexpr int levels_auto = 0, levels_demo = -1;  // Params.levels beside 1..12
-inline constexpr int max_levels = 12;
+inline constexpr int max_levels = 12, max_shadow_samples = 64;
 inline constexpr float no_bound = std::numeric_limits<float>::infinity();  // "none" of omega_max and the sigmas
 
 // X(type, name, default)
