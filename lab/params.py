@@ -218,14 +218,14 @@ class Params:
         symbol="s_c",
     )
     sigma_normal: float = _field(
-        0.3, "filter: tolerated difference of unit normals", float, low=0, open_low=True, words=_OFF, symbol="s_n"
+        0.25, "filter: tolerated difference of unit normals", float, low=0, open_low=True, words=_OFF, symbol="s_n"
     )
     sigma_position: float = _field(
-        0.02, "filter: tolerated distance between points", float, low=0, open_low=True, words=_OFF,
+        0.01, "filter: tolerated distance between points", float, low=0, open_low=True, words=_OFF,
         unit="scene radius", symbol="s_p",
     )  # fmt: skip
     sigma_plane: float = _field(
-        1.0, "filter atrous_plane: tolerated distance from the pixel's plane", float, low=0, open_low=True, words=_OFF,
+        0.2, "filter atrous_plane: tolerated distance from the pixel's plane", float, low=0, open_low=True, words=_OFF,
         unit="pixel footprint",
     )  # fmt: skip
 

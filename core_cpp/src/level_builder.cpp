@@ -83,13 +83,11 @@ void append_members(LevelLights& out, const LevelSource& source, std::vector<std
                     std::vector<std::vector<double>>& share, const std::vector<std::uint8_t>& kept) {
     for (std::size_t x = 0; x < member.size(); ++x) {
         if (kept[x]) {
-            double total = 0;
+            double total = 0;  // over 0: a kept vertex has flux, and so have its members
             for (const double s : share[x]) total += s;
-            const bool by_luminance = total > 0;
-            if (!by_luminance) total = static_cast<double>(share[x].size());
             double sum = 0;
             for (std::size_t e = 0; e < member[x].size(); ++e) {
-                sum += by_luminance ? share[x][e] : 1.0;
+                sum += share[x][e];
                 const double scaled = std::min(sum / total * 0x1p32, 0x1p32 - 1);
                 out.member.push_back(source.first_merged_index + member[x][e]);
                 out.cumulative.push_back(static_cast<std::uint32_t>(scaled));

@@ -88,7 +88,7 @@ Surface Scene::surface(const Hit& hit, float footprint) const {
 
 vec3 Scene::off_surface(const vec3& point, const vec3& normal) const {
     const float magnitude = std::max(std::abs(point.x), std::max(std::abs(point.y), std::abs(point.z)));
-    return point + (1e-5f * radius_ + 1e-6f * magnitude) * normal;
+    return point + (1e-5f * radius_ + 4e-7f * magnitude) * normal;
 }
 
 float spot_attenuation(const SpotLight& spot, float cos_angle) {

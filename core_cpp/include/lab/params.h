@@ -79,9 +79,9 @@ inline constexpr float no_bound = std::numeric_limits<float>::infinity();  // "n
     X(Filter, filter, Filter::atrous)                            \
     X(FilterBackend, filter_backend, FilterBackend::fused)       \
     X(float, sigma_shadow, 1.0f)                                 \
-    X(float, sigma_normal, 0.3f)                                 \
-    X(float, sigma_position, 0.02f)                              \
-    X(float, sigma_plane, 1.0f)                                  \
+    X(float, sigma_normal, 0.25f)                                \
+    X(float, sigma_position, 0.01f)                              \
+    X(float, sigma_plane, 0.2f)                                  \
     X(int, direct_samples, 4)                                    \
     X(std::uint32_t, seed, 0)                                    \
     X(std::uint32_t, frame, 0)
