@@ -160,8 +160,9 @@ class GBuffer:
     """What the camera sees, one sample at each pixel's centre.
 
     Attributes:
-        position: (H, W, 3).    normal: (H, W, 3) interpolated, turned toward the viewer.
-        geometric_normal: (H, W, 3) likewise.    albedo: (H, W, 3).    emission: (H, W, 3) radiance toward the viewer.
+        position: (H, W, 3).    normal: (H, W, 3) interpolated, turned to the geometric one's side.
+        geometric_normal: (H, W, 3) turned toward the viewer.    albedo: (H, W, 3).
+        emission: (H, W, 3) radiance toward the viewer.
         depth: (H, W) distance along the camera's axis; 0 where nothing is hit (and all else is 0 there).
         pixel_angle: tangent of the angle between neighbouring pixels: depth * pixel_angle is a pixel's footprint.
     """

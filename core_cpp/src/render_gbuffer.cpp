@@ -49,7 +49,9 @@ GBufferData render_gbuffer(const Scene& scene, const Camera& camera, int width, 
                 const std::size_t p = pixel[i];
                 g.position[p] = s.position;
                 g.geometric_normal[p] = front ? s.geometric_normal : -s.geometric_normal;
-                g.normal[p] = glm::dot(s.normal, view) <= 0 ? s.normal : -s.normal;
+                // To the side that is seen: at a silhouette the interpolated normal itself may lean away from the
+                // viewer, and turned by its own sign it would look into the surface.
+                g.normal[p] = glm::dot(s.normal, g.geometric_normal[p]) >= 0 ? s.normal : -s.normal;
                 g.albedo[p] = s.albedo;
                 g.emission[p] = front || s.emits_back ? s.emission : vec3(0.0f);
                 g.depth[p] = hits[i].t * static_cast<float>(glm::dot(glm::dvec3(view), forward));

@@ -47,7 +47,7 @@ Chunk trace_chunk(const Scene& scene, const LightPaths& lights, std::int64_t fir
             if (!(flux.x > 0 || flux.y > 0 || flux.z > 0)) continue;
             const vec3 side =
                 glm::dot(surface.geometric_normal, arriving) > 0 ? -surface.geometric_normal : surface.geometric_normal;
-            const vec3 normal = glm::dot(surface.normal, arriving) > 0 ? -surface.normal : surface.normal;
+            const vec3 normal = glm::dot(surface.normal, side) < 0 ? -surface.normal : surface.normal;
             const vec3 position = scene.off_surface(surface.position, side);
             found.position.push_back(position);
             found.flux.push_back(flux);

@@ -34,6 +34,8 @@ def read_lights_and_cameras(file: GltfFile, model: Any, places: list[Matrix], pa
             _light(f"{file.path}: {_LIGHTS}[{index}]", _at(file, "lights", lights, index), matrix, parts)
         if node.camera is not None:
             camera = _at(file, "cameras", cameras, node.camera)
+            if camera is None:
+                raise LabError(f"{file.path}: cameras[{shown(node.camera)}] is null, not an object; it is broken")
             names = [text for text in (camera.name, node.name) if isinstance(text, str) and text]
             name = [*names, f"camera{node.camera}"][0]
             _camera(f"{file.path}: cameras[{node.camera}]", camera, name, matrix, parts)

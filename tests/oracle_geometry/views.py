@@ -96,7 +96,8 @@ def look(scene: Scene, camera: Camera, width: int, height: int) -> View:
     has_normal = np.linalg.norm(at["normal"], axis=1, keepdims=True) > 1e-6
     shading = np.where(has_normal, unit(at["normal"]), geometric)
     front = (geometric * direction).sum(1, keepdims=True) <= 0
-    shading = np.where((shading * direction).sum(1, keepdims=True) <= 0, shading, -shading)
+    seen_side = np.where(front, geometric, -geometric)
+    shading = np.where((shading * seen_side).sum(1, keepdims=True) >= 0, shading, -shading)
     material = np.concatenate([np.full(len(mesh.index), mesh.material) for mesh in scene.meshes])[triangle]
     albedo = np.array([m.base_colour for m in scene.materials])[material] * at["colour"]
     for row, m in enumerate(scene.materials):
@@ -108,7 +109,7 @@ def look(scene: Scene, camera: Camera, width: int, height: int) -> View:
     planes = {
         "position": position,
         "normal": shading,
-        "geometric_normal": np.where(front, geometric, -geometric),
+        "geometric_normal": seen_side,
         "albedo": albedo,
         "emission": np.where(front | two_sided, radiance, 0),
     }

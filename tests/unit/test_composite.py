@@ -49,6 +49,18 @@ def records(gbuffer: GBuffer, irradiance: Any, direct: Any) -> tuple[Lighting, S
     return lighting, ShadowSamples(points, member, empty, rays, no, no, direct, np.zeros((h, w, 3), np.float32))
 
 
+def shadow_ratio(shadowed: Any, weight: Any) -> Any:
+    """S over its weight; without one, that of the smallest square around the pixel (3, 5, 9 a side) that has any."""
+    ratio = np.zeros(weight.shape)
+    for y, x, c in np.ndindex(*weight.shape):
+        for reach in (0, 1, 2, 4):
+            near = np.s_[max(0, y - reach) : y + reach + 1, max(0, x - reach) : x + reach + 1, c]
+            if weight[near].sum() > 0:
+                ratio[y, x, c] = shadowed[near].sum(dtype=np.float64) / weight[near].sum(dtype=np.float64)
+                break
+    return ratio
+
+
 @pytest.mark.parametrize("channels", [1, 3])
 @pytest.mark.parametrize("samples", [0, 4])
 @pytest.mark.parametrize("shape", [(1, 1), (9, 14), (16, 7)])
@@ -58,12 +70,7 @@ def test_layers_add_up(shape: tuple[int, int], samples: int, channels: int) -> N
     image: Image = ENGINE.composite(g, lighting, shadows, filtered, params)
     seen = g.depth > 0
     assert image.shadow_ratio.shape == (*shape, channels)
-    if samples == 0:
-        ratio = np.ones_like(filtered.weight)
-    else:
-        ratio = np.divide(
-            filtered.shadowed, filtered.weight, out=np.zeros_like(filtered.weight), where=filtered.weight > 0
-        )
+    ratio = np.ones_like(filtered.weight) if samples == 0 else shadow_ratio(filtered.shadowed, filtered.weight)
     albedo = g.albedo / np.pi
     wanted = {
         "unshadowed": lighting.irradiance,

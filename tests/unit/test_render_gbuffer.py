@@ -129,8 +129,9 @@ def test_the_views_cover_every_case() -> None:
     assert lit.any() and not lit.all()
     panel = np.concatenate([v.emission[v.triangle >= first[7]] for v in views])
     assert (panel[:, 2] == 7).all() and len(panel) > 10
-    bent_box = [v for v in views if ((v.normal * v.geometric_normal).sum(-1)[v.triangle >= 0] < -0.1).any()]
-    assert bent_box, "a shading normal against its surface"
+    rays = [camera_rays(view, 48, 27) for view in VIEWS.values()]
+    leaning = [((v.normal * ray).sum(-1)[v.triangle >= 0] > 0.1).any() for v, ray in zip(views, rays, strict=True)]
+    assert any(leaning), "an interpolated normal that leans away from the viewer"
 
 
 @pytest.mark.parametrize("shift", [100.0, 1e4, -3e4])
@@ -164,8 +165,10 @@ def test_normals_face_the_viewer_and_have_unit_length() -> None:
     for view in VIEWS.values():
         g = CpuEngine(scene).render_gbuffer(view, (40, 22))
         ray, hit = camera_rays(view, 40, 22), g.depth > 0
+        assert ((g.geometric_normal * ray).sum(-1)[hit] <= 1e-6).all()
+        # At a silhouette an interpolated normal may lean away from the viewer, never into its own surface.
+        assert ((g.normal * g.geometric_normal).sum(-1)[hit] >= -1e-6).all()
         for plane in (g.normal, g.geometric_normal):
-            assert ((plane * ray).sum(-1)[hit] <= 1e-6).all()
             assert np.allclose(np.linalg.norm(plane[hit], axis=-1), 1, atol=1e-5)
 
 
