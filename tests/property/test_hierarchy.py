@@ -81,10 +81,12 @@ def test_every_number_is_finite_and_within_bounds(lights, params):
         assert np.all(np.abs(centre - level.vertex) <= 1 + (rounding / size + 1e-5)), "a centre is within its cells"
         assert np.all(level.deviation <= 1.5 * size + rounding)
         bright = luminance(level.flux) > 1e-2 * luminance(lights.flux).max()  # the others are a few fixed-point steps
-        slack = rounding + 1e-4 * size
+        # Weighted by count, gathering takes those few steps of a dim S1 light for as good as a bright one.
+        exact = 1e-4 if params.centre_weight == "flux" else 1e-2
+        slack = rounding + exact * size
         assert np.all((level.position[bright] >= low - slack) & (level.position[bright] <= high + slack))
-        assert np.all(np.linalg.norm(level.normal[bright], axis=1) <= 1 + 1e-4)
-        np.testing.assert_allclose(level.normal_moment[bright, :3].sum(axis=1), 1, atol=1e-4)
+        assert np.all(np.linalg.norm(level.normal[bright], axis=1) <= 1 + exact)
+        np.testing.assert_allclose(level.normal_moment[bright, :3].sum(axis=1), 1, atol=exact)
 
 
 @EXAMPLES
