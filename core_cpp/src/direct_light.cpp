@@ -42,22 +42,16 @@ DirectCandidate from_spot(const Scene& scene, const SpotLight& spot, const LitPo
 }
 
 DirectCandidate from_emitters(const Scene& scene, const LitPoint& at, const Random4& random) {
-    const auto& emitters = scene.emitters();
-    const float u = to_unit(random.x);
-    const auto e = std::min(std::upper_bound(emitters.begin(), emitters.end(), u,
-                                             [](float p, const Emitter& x) { return p < x.cumulative; }),
-                            emitters.end() - 1);
-    const float below = e == emitters.begin() ? 0.0f : (e - 1)->cumulative;
-    const float probability = std::max(e->cumulative - below, std::numeric_limits<float>::min());
+    const auto [e, probability] = scene.choose_emitter(to_unit(random.x));
     const vec2 b = sample_triangle(to_unit(random.y), to_unit(random.z));
-    const vec3 point = scene.point_on(e->triangle, b.x, b.y), normal = scene.triangle_normal(e->triangle);
+    const vec3 point = scene.point_on(e.triangle, b.x, b.y), normal = scene.triangle_normal(e.triangle);
     const vec3 to = point - at.position;
     const float d2 = std::max(glm::dot(to, to), std::numeric_limits<float>::min()), d = std::sqrt(d2);
     const float facing = -glm::dot(normal, to) / d;
-    const float emitted = e->two_sided ? std::abs(facing) : std::max(0.0f, facing);
+    const float emitted = e.two_sided ? std::abs(facing) : std::max(0.0f, facing);
     const float cosine = std::max(0.0f, glm::dot(at.normal, to) / d);
     const vec3 target = scene.off_surface(point, facing < 0 ? -normal : normal);
-    return {shadow_ray(scene, at, target), e->radiance * (cosine * emitted / d2 * e->area / probability)};
+    return {shadow_ray(scene, at, target), e.radiance * (cosine * emitted / d2 * e.area / probability)};
 }
 
 }  // namespace lab

@@ -81,20 +81,14 @@ EmittedRay LightPaths::emit_from(const Source& source, const Random4& a, const R
         case Kind::emitters:
             break;
     }
-    const auto& emitters = scene_.emitters();
-    const float pick = to_unit(a.w);
-    const auto e = std::min(std::upper_bound(emitters.begin(), emitters.end(), pick,
-                                             [](float p, const Emitter& x) { return p < x.cumulative; }),
-                            emitters.end() - 1);
-    const float below = e == emitters.begin() ? 0.0f : (e - 1)->cumulative;
-    const float probability = std::max(e->cumulative - below, std::numeric_limits<float>::min());
+    const auto [e, probability] = scene_.choose_emitter(to_unit(a.w));
     const vec2 at = sample_triangle(u, v);
-    vec3 normal = scene_.triangle_normal(e->triangle);
-    if (e->two_sided && (b.x & 1)) normal = -normal;
-    const float power = pi * e->area * (e->two_sided ? 2.0f : 1.0f);
+    vec3 normal = scene_.triangle_normal(e.triangle);
+    if (e.two_sided && (b.x & 1)) normal = -normal;
+    const float power = pi * e.area * (e.two_sided ? 2.0f : 1.0f);
     const vec3 direction = sample_cosine(normal, to_unit(b.y), to_unit(b.z));
-    const vec3 origin = scene_.off_surface(scene_.point_on(e->triangle, at.x, at.y), normal);
-    return {{origin, direction, endless}, e->radiance * (power * weight / probability)};
+    const vec3 origin = scene_.off_surface(scene_.point_on(e.triangle, at.x, at.y), normal);
+    return {{origin, direction, endless}, e.radiance * (power * weight / probability)};
 }
 
 }  // namespace lab

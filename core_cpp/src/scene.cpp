@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+#include <limits>
 
 #include "lab/luminance.h"
 
@@ -54,6 +54,14 @@ void Scene::find_emitters() {
     for (std::size_t i = 0; i < emitters_.size(); ++i)
         emitters_[i].cumulative = static_cast<float>(cumulative[i] / sum);
     if (!emitters_.empty()) emitters_.back().cumulative = 1.0f;
+}
+
+Scene::ChosenEmitter Scene::choose_emitter(float uniform) const {
+    const auto e = std::min(std::upper_bound(emitters_.begin(), emitters_.end(), uniform,
+                                             [](float u, const Emitter& x) { return u < x.cumulative; }),
+                            emitters_.end() - 1);
+    const float below = e == emitters_.begin() ? 0.0f : (e - 1)->cumulative;
+    return {*e, std::max(e->cumulative - below, std::numeric_limits<float>::min())};
 }
 
 Surface Scene::surface(const Hit& hit, float footprint) const {

@@ -80,6 +80,13 @@ class Scene {
     vec3 point_on(std::uint32_t triangle, float u, float v) const;
     vec3 triangle_normal(std::uint32_t triangle) const;
 
+    // The emissive triangle that a uniform number chooses, in proportion to power, and the chance that it had.
+    struct ChosenEmitter {
+        const Emitter& emitter;
+        float probability;
+    };
+    ChosenEmitter choose_emitter(float uniform) const;
+
   private:
     SceneData data_;
     std::unique_ptr<RayTracer> rays_;
