@@ -77,6 +77,8 @@ HierarchyView hierarchy_view(const py::handle& h) {
     out.cell_size = view<float>(h.attr("cell_size"), "cell_size");
     out.offset = view<std::int64_t>(h.attr("offset"), "offset", out.cell_size.size() + 1);
     out.position = view<vec3>(h.attr("position"), "position", static_cast<std::size_t>(out.offset.back()));
+    if (out.cell_size.size() < 2 || out.offset.front() != 0 || !std::is_sorted(out.offset.begin(), out.offset.end()))
+        throw py::value_error("hierarchy: offset must rise from 0, over two levels or more");
     const std::size_t lights = out.position.size();
     out.flux = view<vec3>(h.attr("flux"), "flux", lights);
     out.normal = view<vec3>(h.attr("normal"), "normal", lights);

@@ -41,7 +41,8 @@ SceneData scene_data(const py::object& position, const py::object& normal, const
                                   vec3_from(m.attr("emission")), m.attr("two_sided").cast<bool>()});
     for (const py::handle t : scene.attr("textures")) {
         const auto shape = t.attr("shape").cast<std::array<int, 3>>();
-        if (shape[2] != 4) throw py::type_error("texture: expected (h, w, 4)");
+        if (shape[0] < 1 || shape[1] < 1 || shape[2] != 4)
+            throw py::type_error("texture: expected (h, w, 4), at least one pixel");
         data.textures.emplace_back(shape[1], shape[0], view<std::uint8_t>(t, "texture"));
     }
     for (const glm::uvec3& t : data.triangle)

@@ -2,6 +2,7 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -100,6 +101,9 @@ py::dict trace_shadow_rays_(const Scene& scene, const py::object& hierarchy, con
     const HierarchyView h = hierarchy_view(hierarchy);
     const GBufferView g = gbuffer_view(gbuffer);
     const LightingView l = lighting_view(lighting, g, p.shadow_samples);
+    const auto lights = static_cast<std::int32_t>(h.position.size());
+    if (std::any_of(l.light.begin(), l.light.end(), [&](std::int32_t pick) { return pick >= lights; }))
+        throw py::value_error("the lighting names lights that the hierarchy does not have: it was made with another");
     if (p.shadow_samples > 0 && p.shadow_points == ShadowPoints::members && h.members.offset.empty() &&
         h.position.size() > h.input_index.size())
         throw py::value_error("the hierarchy was built without members, which shadow_points=members draws from");
@@ -122,6 +126,7 @@ py::dict composite_(const py::object& gbuffer, const py::object& lighting, const
     const Params p = params_from(params);
     const GBufferView g = gbuffer_view(gbuffer);
     const int channels = filtered.attr("shadowed").attr("shape").cast<std::array<int, 3>>()[2];
+    if (channels != 1 && channels != 3) throw py::type_error("shadowed: expected shape (H, W, 1) or (H, W, 3)");
     const std::size_t count = g.pixels() * channels;
     const CompositeInput in{view<vec3>(lighting.attr("irradiance"), "irradiance", g.pixels()),
                             view<vec3>(shadows.attr("direct"), "direct", g.pixels()),

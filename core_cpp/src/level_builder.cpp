@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 
 #include "lab/luminance.h"
 #include "lab/vertex_sums.h"
@@ -83,7 +84,7 @@ void append_members(LevelLights& out, const LevelSource& source, std::vector<std
                     std::vector<std::vector<double>>& share, const std::vector<std::uint8_t>& kept) {
     for (std::size_t x = 0; x < member.size(); ++x) {
         if (kept[x]) {
-            double total = 0;  // over 0: a kept vertex has flux, and so have its members
+            double total = std::numeric_limits<double>::min();  // a kept vertex has flux: its members' count
             for (const double s : share[x]) total += s;
             double sum = 0;
             for (std::size_t e = 0; e < member[x].size(); ++e) {

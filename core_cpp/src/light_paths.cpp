@@ -45,6 +45,14 @@ LightPaths::LightPaths(const Scene& scene) : scene_(scene) {
     }
 }
 
+LightPaths::Cone LightPaths::toward_scene(const vec3& position) const {
+    const glm::dvec3 to = glm::dvec3(scene_.centre()) - glm::dvec3(position);
+    const double distance = glm::length(to), sine = scene_.radius() * 1.001 / distance;
+    if (!(sine < 1.0)) return {{0, 0, 1}, 2.0f};  // inside: every direction
+    // 1 - cos without the cancellation, for lamps far off.
+    return {vec3(to / distance), static_cast<float>(sine * sine / (1.0 + std::sqrt(1.0 - sine * sine)))};
+}
+
 EmittedRay LightPaths::emit(std::uint32_t path, std::uint32_t key) const {
     const Random4 a = random4(path, 0, Stream::emit, key), b = random4(path, 1, Stream::emit, key);
     const double u = a.x * 0x1p-32;
@@ -68,15 +76,17 @@ EmittedRay LightPaths::emit_from(const Source& source, const Random4& a, const R
         }
         case Kind::point: {
             const PointLight& point = data.points[source.index];
-            const vec3 direction = sample_cone({0, 0, 1}, -1.0f, u, v);
-            return {{point.position, direction, endless}, point.intensity * (4 * pi * weight)};
+            const Cone cone = toward_scene(point.position);
+            const vec3 direction = sample_cone(cone.axis, cone.spread, u, v);
+            return {{point.position, direction, endless}, point.intensity * (cone.solid_angle() * weight)};
         }
         case Kind::spot: {
             const SpotLight& spot = data.spots[source.index];
-            const vec3 direction = sample_cone(spot.direction, spot.cos_outer, u, v);
-            const float solid_angle = 2 * pi * (1 - spot.cos_outer);
+            const Cone own{spot.direction, 1.0f - spot.cos_outer}, scene = toward_scene(spot.position);
+            const Cone cone = own.spread < scene.spread ? own : scene;
+            const vec3 direction = sample_cone(cone.axis, cone.spread, u, v);
             const float share = spot_attenuation(spot, glm::dot(direction, spot.direction));
-            return {{spot.position, direction, endless}, spot.intensity * (share * solid_angle * weight)};
+            return {{spot.position, direction, endless}, spot.intensity * (share * cone.solid_angle() * weight)};
         }
         case Kind::emitters:
             break;

@@ -8,6 +8,8 @@
 #include <embree4/rtcore.h>
 #endif
 
+#include <omp.h>
+
 #include <algorithm>
 #include <limits>
 #include <stdexcept>
@@ -115,7 +117,8 @@ struct RayTracer::Implementation {
 };
 
 RayTracer::RayTracer(const SceneData& data) : self_(std::make_unique<Implementation>()) {
-    self_->device = rtcNewDevice(nullptr);
+    // Embree builds its tree with threads of its own: as many as the stages use.
+    self_->device = rtcNewDevice(("threads=" + std::to_string(omp_get_max_threads())).c_str());
     if (!self_->device) fail(nullptr, "open a device");
     self_->scene = rtcNewScene(self_->device);
     rtcSetSceneFlags(self_->scene, RTC_SCENE_FLAG_ROBUST);  // no light through the seams between triangles

@@ -85,7 +85,7 @@ VplData trace_vpls(const Scene& scene, const Params& params) {
     if (lights.empty()) throw UnlitScene("the scene has no light with any power");
     const std::uint32_t key = frame_key(params.seed, 0);  // frames share their lights
     const auto wanted = static_cast<std::size_t>(params.vpls);
-    const std::int64_t patience = 1'000'000, most = std::max<std::int64_t>(64 * params.vpls, 16'000'000);
+    const std::int64_t patience = 1'000'000, most = std::max<std::int64_t>(1000 * params.vpls, 100'000'000);
     VplData vpls;
     for (std::int64_t launched = 0; vpls.position.size() < wanted;) {
         const auto missing = static_cast<std::int64_t>(wanted - vpls.position.size());

@@ -198,14 +198,17 @@ def test_power_is_scaled_by_the_paths_launched() -> None:
     """More VPLs share the same power; a light that mostly misses needs more paths for it."""
     square = quad((-1, 0, 1), (1, 0, 1), (1, 0, -1), (-1, 0, -1))
     scene = scene_of([square], [GREY], points=[PointLight((0.0, 2.0, 0.0), INTENSITY)])
-    hit = 4 * math.atan(1 / (2 * math.sqrt(6))) / (4 * math.pi)  # solid angle of the square, seen from the light
+    square_angle = 4 * math.atan(1 / (2 * math.sqrt(6)))  # solid angle of the square, seen from the light
+    # From outside, rays are aimed at the sphere around the scene (a thousandth wider, for rounding).
+    cone_angle = 2 * math.pi * (1 - math.sqrt(1 - (1.001 * math.sqrt(2) / 2) ** 2))
+    hit = square_angle / cone_angle
     for count in (1000, 16_000):
         lights = vpls_of(scene, vpls=count)
         sigma = 1 / math.sqrt(count)
         assert np.isclose(count / lights.paths_launched, hit, rtol=5 * sigma)
         total = lights.flux.sum(axis=0, dtype=np.float64)
-        assert np.allclose(total, 4 * np.pi * np.array(INTENSITY) * hit * ALBEDO, rtol=5 * sigma)
-        assert np.allclose(lights.flux * lights.paths_launched, 4 * np.pi * np.array(INTENSITY) * ALBEDO, rtol=1e-5)
+        assert np.allclose(total, square_angle * np.array(INTENSITY) * ALBEDO, rtol=5 * sigma)
+        assert np.allclose(lights.flux * lights.paths_launched, cone_angle * np.array(INTENSITY) * ALBEDO, rtol=1e-5)
 
 
 def test_lights_are_chosen_by_power() -> None:
@@ -334,3 +337,17 @@ def test_light_that_reaches_no_surface_is_an_error(kind: str) -> None:
 def test_a_light_list_is_used_as_it_is() -> None:
     own = Lights(np.float32([[0, 1, 0]]), np.float32([[1, 2, 3]]))
     assert vpls_of(scene_of([SQUARE], [GREY], light_list=own), vpls=100) is own
+
+
+@pytest.mark.parametrize("distance", [0.2, 8.0, 100.0, 1e4])
+def test_a_lamp_far_off_gives_its_inverse_square(distance: float) -> None:
+    """A small plate under a lamp: irradiance I / d^2 on its area, however little of the sky it covers."""
+    side = 0.1 * distance / 8
+    plate = quad((-side, 0, side), (side, 0, side), (side, 0, -side), (-side, 0, -side))
+    for lamp in (
+        {"points": [PointLight((0.0, distance, 0.0), INTENSITY)]},
+        {"spots": [SpotLight((0.0, distance, 0.0), (0.0, -1.0, 0.0), INTENSITY, 0.5, 0.9)]},
+    ):
+        lights = vpls_of(scene_of([plate], [GREY], **lamp), vpls=20_000, max_bounces=1)
+        wanted = (2 * side) ** 2 / distance**2 * np.array(INTENSITY) * ALBEDO
+        assert np.allclose(lights.flux.sum(axis=0, dtype=np.float64), wanted, rtol=0.03)

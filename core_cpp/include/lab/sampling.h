@@ -30,14 +30,14 @@ inline glm::vec3 sample_cosine(const glm::vec3& n, float u, float v) {
     return glm::normalize(d.x * s + d.y * t + std::sqrt(std::max(0.0f, 1.0f - u)) * n);
 }
 
-// Uniform over the directions within the cone cos_angle >= cos_max around the unit vector axis (-1: the
+// Uniform over the directions within a cone around the unit vector axis; spread = 1 - cos of its half angle (2:
 // sphere).
-inline glm::vec3 sample_cone(const glm::vec3& axis, float cos_max, float u, float v) {
+inline glm::vec3 sample_cone(const glm::vec3& axis, float spread, float u, float v) {
     glm::vec3 s, t;
     frame_around(axis, s, t);
-    const float z = 1.0f - u * (1.0f - cos_max), r = std::sqrt(std::max(0.0f, 1.0f - z * z));
+    const float down = u * spread, r = std::sqrt(std::max(0.0f, down * (2.0f - down)));
     const float phi = 2.0f * std::numbers::pi_v<float> * v;
-    return glm::normalize(r * std::cos(phi) * s + r * std::sin(phi) * t + z * axis);
+    return glm::normalize(r * std::cos(phi) * s + r * std::sin(phi) * t + (1.0f - down) * axis);
 }
 
 // Barycentric coordinates (u, v), uniform over a triangle.

@@ -9,9 +9,10 @@
 
 namespace lab {
 
-// Input lights are summed in 64-bit fixed point: integer sums don't depend on order, so S1 is bit-identical
-// for any thread count and order of the lights. Every term is under 1 in magnitude (squares of positions
-// reach 1), so that 2^23 lights stay under 2^56. Gathered levels are summed in double, in a fixed order.
+// Input lights are summed in 64-bit fixed point: integer sums don't depend on order, so S1 is bit-identical for any
+// thread count and order of the lights. Every term is at most 1 in magnitude: ten million lights stay under 2^56, and
+// 2^31 of them still fit. The other side of it: light under 2^-32 of the brightest light's is lost from S1 up.
+// Gathered levels are summed in double, in a fixed order.
 struct FixedPoint {
     using Sum = std::int64_t;
     static Sum term(float x) { return std::llrint(static_cast<double>(x) * 0x1p32); }
