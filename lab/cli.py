@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from importlib import import_module
 from typing import NoReturn
 
+from lab import interrupts
 from lab.errors import LabError
 
 RENDER_EXAMPLES = """examples:
@@ -168,8 +169,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     except SystemExit as stop:
         return stop.code if isinstance(stop.code, int) else 1
     try:
-        _scene_after_settings(args)
-        import_module(f"lab.commands.{args.command}").run(args)
+        with interrupts.remembered():
+            _scene_after_settings(args)
+            import_module(f"lab.commands.{args.command}").run(args)
     except KeyboardInterrupt:
         return _say("interrupted", 130)
     except BrokenPipeError:
@@ -179,8 +181,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     except Exception as error:
         if getattr(args, "debug", False):
             raise
-        if isinstance(error, LabError):
-            return _say(f"error: {error}", 2)
+        if interrupts.pressed() or isinstance(error, LabError):  # a library may make an ImportError of Ctrl-C
+            return _say("interrupted", 130) if interrupts.pressed() else _say(f"error: {error}", 2)
         kind = "out of memory" if isinstance(error, MemoryError) else type(error).__name__
         detail = " ".join(str(error).split())
         return _say(f"failed: {kind}{': ' if detail else ''}{detail} (--debug shows where)", 1)

@@ -35,14 +35,14 @@ def render(
 
     Errors: :class:`lab.LabError` for an unknown camera or engine, and where lights reach no surface.
     """
-    if size[0] < 1 or size[1] < 1:
-        raise LabError(f"size: both sides must be at least one pixel, got {size[0]}x{size[1]}")
+    if len(size) != 2 or any(int(side) != side or side < 1 for side in size):
+        raise LabError(f"size: expected (width, height) in whole pixels, at least one each, got {size}")
     chosen = scene.camera(camera) if isinstance(camera, str) else camera
     params = params or Params()
     lights = params.vpls if scene.light_list is None else len(scene.light_list)
     check_memory(lights, size, params)
     ready = create_engine(engine, scene) if isinstance(engine, str) else engine
-    return render_frame(ready, chosen, size, params, progress)
+    return render_frame(ready, chosen, (int(size[0]), int(size[1])), params, progress)
 
 
 def irradiance(
@@ -72,6 +72,10 @@ def irradiance(
         raise LabError(f"irradiance: {len(position)} positions and {len(normal)} normals must agree")
     if len(position) == 0:
         return position
+    length = np.linalg.norm(normal, axis=1)
+    if (np.abs(length - 1) > 1e-3).any():
+        row = int(np.argmax(np.abs(length - 1) > 1e-3))
+        raise LabError(f"normals: row {row} has length {length[row]:g}, expected 1")
     if scene_radius is None:
         lights = hierarchy.levels[0].position.astype(np.float64)
         scene_radius = float(np.linalg.norm(lights.max(axis=0) - lights.min(axis=0)) / 2)

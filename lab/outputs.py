@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from lab.errors import LabError
@@ -57,6 +57,14 @@ def check_writable(path: Path) -> None:
     except OSError as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise LabError(f"{path}: can't be written ({folder}: {reason}); choose another place with -o") from error
+
+
+def check_no_input(outputs: Iterable[Path], inputs: Iterable[Path]) -> None:
+    """Raises :class:`LabError` where writing one of `outputs` would overwrite one of `inputs`."""
+    for output in outputs:
+        for source in inputs:
+            if output.exists() and source.exists() and output.samefile(source):
+                raise LabError(f"{output} is a file that the scene is read from; choose another name with -o")
 
 
 def write_all(writers: dict[Path, Writer]) -> None:

@@ -77,7 +77,8 @@ class Setting:
 
     def _parse_number(self, text: str) -> int | float | None:
         try:
-            number = float(text)
+            # Python alone would read 1_000 and digits of other scripts, too.
+            number = float(text if text.isascii() and "_" not in text else "")
         except ValueError:
             return None
         if self.kind is float:

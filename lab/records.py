@@ -20,7 +20,10 @@ Floats = NDArray[np.float32]
 
 def as_rows(name: str, values: ArrayLike, columns: int) -> Floats:
     """`values` as a finite, contiguous float32 (n, columns) array, or a :class:`LabError` naming `name`."""
-    array = np.ascontiguousarray(values, dtype=np.float32)
+    try:
+        array = np.ascontiguousarray(values, dtype=np.float32)
+    except (TypeError, ValueError):
+        raise LabError(f"{name}: expected numbers of shape (n, {columns}), got {values!r:.60}") from None
     if array.ndim != 2 or array.shape[1] != columns:
         raise LabError(f"{name}: expected shape (n, {columns}), got {array.shape}")
     if not np.isfinite(array).all():

@@ -30,8 +30,8 @@ def brute_force(
     radius = engine.scene_radius
     clamp2 = (params.clamp_distance * radius) ** 2
     position, flux = lights.position.astype(np.float64), lights.flux.astype(np.float64)
-    assert lights.normal is not None  # Lights fills it in
-    emitter = lights.normal.astype(np.float64)
+    normals = np.zeros_like(lights.position) if lights.normal is None else lights.normal
+    emitter = normals.astype(np.float64)
     isotropic = ~emitter.any(axis=1)
     result = np.zeros((*gbuffer.depth.shape, 3))
     pixels = np.argwhere(gbuffer.depth > 0)

@@ -25,7 +25,7 @@ def run(args: argparse.Namespace) -> None:
     export_format(path)
     check_writable(path)
     with progress(request.quiet) as tell:
-        loaded = load(request, tell)
+        loaded = load(request, tell, [path])
         engine = create_engine(request.engine, loaded.scene)
         tell("trace_vpls")
         lights = engine.trace_vpls(request.params)

@@ -21,8 +21,9 @@ def run(args: argparse.Namespace) -> None:
     from lab.image_io import count_channels, write_exr, write_png
     from lab.report import add_maxima, image_metadata, run_record, to_json
 
+    paths = [beside(base, ending) for ending in ENDINGS]
     with progress(request.quiet) as tell:
-        loaded = load(request, tell)
+        loaded = load(request, tell, paths)
         frame = render(loaded, params, request, tell)
         tell("writing")
         metadata = image_metadata(loaded.scene, params, frame.camera)
@@ -46,7 +47,6 @@ def run(args: argparse.Namespace) -> None:
             f"alpha {params.alpha:g}: mean {total['mean']:.4g}, max {total['max']:,} lights a pixel"
         )
         pixels = draw_heatmap(Panel(title, channels["overdraw.Y"]), panels, seen)
-        paths = [beside(base, ending) for ending in ENDINGS]
         png, exr, json_file = paths
         write_all(
             {

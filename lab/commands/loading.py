@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 
+from lab import interrupts
 from lab.commands.request import Request, exposure_of
+from lab.outputs import check_no_input
 from lab.params import Params
 from lab.records import Frame
 from lab.report import RunInfo
@@ -31,7 +34,7 @@ def progress(quiet: bool) -> Iterator[Progress]:
 
     console = Console(stderr=True)
     if quiet or not console.is_terminal:
-        yield lambda stage: None
+        yield lambda stage: interrupts.check()
         return
     from rich.progress import Progress as Bar
     from rich.progress import SpinnerColumn, TextColumn, TimeElapsedColumn
@@ -39,11 +42,19 @@ def progress(quiet: bool) -> Iterator[Progress]:
     columns = SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn()
     with Bar(*columns, console=console, transient=True) as bar:
         task = bar.add_task("starting", total=None)
-        yield lambda stage: bar.update(task, description=stage)
+
+        def tell(stage: str) -> None:
+            interrupts.check()
+            bar.update(task, description=stage)
+
+        yield tell
 
 
-def load(request: Request, tell: Progress) -> Loaded:
-    """Reads the scene and applies the overrides; sets the core's threads first, since loading may use them."""
+def load(request: Request, tell: Progress, outputs: Iterable[Path]) -> Loaded:
+    """Reads the scene and applies the overrides; sets the core's threads first, since loading may use them.
+
+    Stops where one of `outputs` is a file that the scene was read from.
+    """
     from lab.scene.load import load_scene, override
 
     if request.threads is not None:
@@ -53,6 +64,7 @@ def load(request: Request, tell: Progress) -> Loaded:
     tell("loading")
     start = time.perf_counter()
     scene = load_scene(request.scene)
+    check_no_input(outputs, scene.files)
     scene = override(
         scene,
         camera=request.overrides.get("camera"),

@@ -22,8 +22,9 @@ def run(args: argparse.Namespace) -> None:
     from lab.image_io import frame_channels, write_exr, write_png
     from lab.report import image_metadata, run_record, to_json
 
+    paths = [beside(base, ending) for ending in ENDINGS]
     with progress(request.quiet) as tell:
-        loaded = load(request, tell)
+        loaded = load(request, tell, paths)
         frame = render(loaded, request.params, request, tell)
         tell("writing")
         scene = loaded.scene
@@ -31,7 +32,6 @@ def run(args: argparse.Namespace) -> None:
         record = run_record(frame, scene, loaded.run, base)
         text = to_json(record)
         pixels = to_bytes(frame.image.colour, record["scene"]["exposure"])
-        paths = [beside(base, ending) for ending in ENDINGS]
         png, exr, json_file = paths
         write_all(
             {

@@ -49,8 +49,8 @@ def read_request(args: argparse.Namespace) -> Request:
     overrides = dict(_texts(old_scene.get("overrides", {}))) | {k: v for k, v in given.items() if v is not None}
     if "exposure" in overrides:
         _number("--exposure", overrides["exposure"])
-    preset_name = args.preset or str(record.get("preset", "ours"))
-    engine = args.engine or str(record.get("engine", "cpu"))
+    preset_name = str(record.get("preset", "ours")) if args.preset is None else args.preset
+    engine = str(record.get("engine", "cpu")) if args.engine is None else args.engine
     if engine not in ENGINES:
         raise LabError(f"--engine {engine}: there is {', '.join(ENGINES)}{nearest(engine, ENGINES)}")
     return Request(

@@ -13,13 +13,19 @@ _BYTES_PER_PIXEL, _BYTES_PER_SHADOW_SAMPLE = 320, 40
 
 
 def available_bytes() -> int | None:
-    """Memory that could be had now, or None where the system does not tell."""
+    """Memory that could be had now, within the limit of a container too; None where the system does not tell."""
     try:
         lines = Path("/proc/meminfo").read_text(encoding="ascii").splitlines()
-    except OSError:
+        values = dict(line.split(":", 1) for line in lines)
+        available = int(values["MemAvailable"].split()[0]) * 1024
+    except (OSError, KeyError, ValueError):
         return None
-    values = dict(line.split(":", 1) for line in lines)
-    return int(values["MemAvailable"].split()[0]) * 1024 if "MemAvailable" in values else None
+    try:
+        group = Path("/sys/fs/cgroup")
+        limit, used = ((group / name).read_text(encoding="ascii").strip() for name in ("memory.max", "memory.current"))
+        return available if limit == "max" else min(available, int(limit) - int(used))
+    except (OSError, ValueError):
+        return available
 
 
 def check_memory(lights: int, size: tuple[int, int], params: Params) -> None:

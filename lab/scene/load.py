@@ -87,4 +87,5 @@ def _scene(path: Path, parts: Parts) -> Scene:
         background=(0.0, 0.0, 0.0) if parts.background is None else parts.background,
         path=str(path),
         notes=parts.notes,
+        files=[path, *parts.files],
     )

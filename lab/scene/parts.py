@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +29,7 @@ class Parts:
     exposure: float | None = None
     background: Vec3 | None = None
     notes: list[str] = field(default_factory=list)
+    files: list[Path] = field(default_factory=list)
 
     def append(self, other: Parts) -> None:
         """Adds the lists of `other` to those here, its material and texture rows moved behind the rows here."""
@@ -40,6 +42,7 @@ class Parts:
         self.spots += other.spots
         self.cameras += other.cameras
         self.notes += other.notes
+        self.files += other.files
 
     def note(self, text: str) -> None:
         """Remembers `text` for the user, once."""

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -117,6 +118,7 @@ class Scene:
             (:func:`lab.colour.auto_exposure`).
         background: radiance seen where nothing is hit; it lights nothing.
         notes: what was decided for the user while loading (an automatic camera, an invented sun ...).
+        files: the files it was read from, which nothing may overwrite.
     """
 
     name: str
@@ -132,6 +134,7 @@ class Scene:
     background: Vec3 = (0.0, 0.0, 0.0)
     path: str = ""
     notes: list[str] = field(default_factory=list)
+    files: list[Path] = field(default_factory=list)
 
     @property
     def triangles(self) -> int:

@@ -76,10 +76,13 @@ def read_scene_toml(path: Path) -> Parts:
             add_light(parts, where, kind, light)
     for file in _geometry(path, given["geometry"]):
         parts.append(read_geometry_file(file))
+        parts.files.append(file)
     for where, material in tables(f"{path}: material", given.get("material", [])):
         override_material(parts, where, material)
     if "light_list" in given:
-        parts.light_list = load_light_list(path.parent / word(f"{path}: light_list", given["light_list"]))
+        file = path.parent / word(f"{path}: light_list", given["light_list"])
+        parts.light_list = load_light_list(file)
+        parts.files.append(file)
     if not parts.has_light():
         raise LabError(
             f"{path}: the scene has no light, its picture would be black: add a [[sun]], [[point]] or [[spot]], "

@@ -31,9 +31,12 @@ def read_sidecar(path: Path, parts: Parts) -> None:
     Its cameras stand before those of the geometry file. Errors: :class:`LabError` naming file and key.
     """
     given = _parse(path)
+    if "stages_ms" in given and "params" in given:
+        return  # the record of an earlier run, written beside the scene
     if not any(key in given for key in KEYS):
         parts.note(f"{path.name} beside the file says nothing about the scene and was left alone")
         return
+    parts.files.append(path)
     if "name" in given:
         parts.name = word(f"{path}: name", given["name"])
     if given.get("exposure") is not None:

@@ -11,7 +11,7 @@ from .project import imports, sources, text
 
 # Lowest first. A module may import from its own layer and the ones under it.
 LAYERS = [
-    {"lab.errors"},
+    {"lab.errors", "lab.interrupts"},
     {"lab.params", "lab.records", "lab.colour", "lab.outputs", "lab.metrics"},
     {"lab.scene"},
     {"lab.filters"},

@@ -337,17 +337,3 @@ def test_light_that_reaches_no_surface_is_an_error(kind: str) -> None:
 def test_a_light_list_is_used_as_it_is() -> None:
     own = Lights(np.float32([[0, 1, 0]]), np.float32([[1, 2, 3]]))
     assert vpls_of(scene_of([SQUARE], [GREY], light_list=own), vpls=100) is own
-
-
-@pytest.mark.parametrize("distance", [0.2, 8.0, 100.0, 1e4])
-def test_a_lamp_far_off_gives_its_inverse_square(distance: float) -> None:
-    """A small plate under a lamp: irradiance I / d^2 on its area, however little of the sky it covers."""
-    side = 0.1 * distance / 8
-    plate = quad((-side, 0, side), (side, 0, side), (side, 0, -side), (-side, 0, -side))
-    for lamp in (
-        {"points": [PointLight((0.0, distance, 0.0), INTENSITY)]},
-        {"spots": [SpotLight((0.0, distance, 0.0), (0.0, -1.0, 0.0), INTENSITY, 0.5, 0.9)]},
-    ):
-        lights = vpls_of(scene_of([plate], [GREY], **lamp), vpls=20_000, max_bounces=1)
-        wanted = (2 * side) ** 2 / distance**2 * np.array(INTENSITY) * ALBEDO
-        assert np.allclose(lights.flux.sum(axis=0, dtype=np.float64), wanted, rtol=0.03)
