@@ -174,7 +174,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             import_module(f"lab.commands.{args.command}").run(args)
     except KeyboardInterrupt:
         return _say("interrupted", 130)
-    except BrokenPipeError:
+    except (BrokenPipeError, SystemExit):  # rich leaves by SystemExit then
         # The reader of our output has left (`lab params | head`): nothing is wrong, and nobody listens.
         sys.stderr.close()
         return 0
