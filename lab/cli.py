@@ -31,7 +31,8 @@ HEATMAP_EXAMPLES = """examples:
   lab heatmap scenes/atrium/scene.toml -o out/atrium-heat
   lab heatmap sponza.glb -o out/heat --set first_level=1 vpls=10000
 
-overdraw of a pixel = lights whose cube of half-edge 2 r_l contains its point. No shadows are traced.
+overdraw of a pixel = lights whose cube of half-edge 2 r_l contains its point. No shadows are traced and nothing is
+filtered: settings of those stages change nothing here.
 Writes BASE.png (total and each level, with colour bars), BASE.exr and BASE.json."""
 
 EXPORT_EXAMPLES = """examples:
@@ -97,13 +98,16 @@ def build_parser() -> argparse.ArgumentParser:
     render = add("render", "render a scene to a picture, its layers and a record of the run", RENDER_EXAMPLES)
     render.add_argument("--from", dest="record", metavar="BASE.json", help="repeat a run; other flags change it")
     _add_method_flags(render)
-    _add_view_flags(render)
+    _add_view_flags(render, "out/SCENE, with --from RECORD-again")
+    render.add_argument(
+        "--exposure", metavar="X", help="factor on the colour of the PNG, instead of the scene's or the automatic one"
+    )
 
     heatmap = add(
         "heatmap", "draw how many lights each pixel looks at (overdraw), in total and per level", HEATMAP_EXAMPLES
     )
     _add_method_flags(heatmap)
-    _add_view_flags(heatmap)
+    _add_view_flags(heatmap, "out/SCENE-heatmap")
 
     export = add("export", "save the lights and every level of the hierarchy for other programs", EXPORT_EXAMPLES)
     export.add_argument("-o", dest="output", metavar="FILE", required=True, help="ends in .vtm, .npz or .ply")
@@ -131,12 +135,9 @@ def _add_method_flags(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--quiet", action="store_true", help="no progress, no summary")
 
 
-def _add_view_flags(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("-o", dest="output", metavar="BASE", help="base name of the files (default: out/SCENE)")
+def _add_view_flags(parser: argparse.ArgumentParser, base: str) -> None:
+    parser.add_argument("-o", dest="output", metavar="BASE", help=f"base name of the files (default: {base})")
     parser.add_argument("--camera", metavar="C", help="a camera's name, or eye:target[:up[:fov]], vectors as x,y,z")
-    parser.add_argument(
-        "--exposure", metavar="X", help="factor on the colour of the PNG, instead of the scene's or the automatic one"
-    )
     parser.add_argument("--size", metavar="WxH", help="pixels (default: 1280x720)")
 
 
