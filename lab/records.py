@@ -17,6 +17,9 @@ from lab.errors import LabError
 
 Floats = NDArray[np.float32]
 
+_LARGEST = 1e30
+"""Beyond it sums and squares of float32 numbers overflow."""
+
 
 def as_rows(name: str, values: ArrayLike, columns: int) -> Floats:
     """`values` as a finite, contiguous float32 (n, columns) array, or a :class:`LabError` naming `name`."""
@@ -65,6 +68,10 @@ class Lights:
             row = int(np.argmax((length > 0) & (np.abs(length - 1) > 1e-3)))
             raise LabError(
                 f"Lights.normal: row {row} has length {length[row]:g}, expected 1 (or 0 for an isotropic light)"
+            )
+        if float(flux.sum(dtype=np.float64)) > _LARGEST or float(np.abs(position).max()) > _LARGEST:
+            raise LabError(
+                f"Lights: positions and the sum of all flux must stay under {_LARGEST:g}: choose other units"
             )
         for name, value in (("position", position), ("flux", flux), ("normal", normal)):
             object.__setattr__(self, name, value)
