@@ -4,7 +4,9 @@
 
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
 
+#include <array>
 #include <glm/glm.hpp>
 #include <span>
 #include <stdexcept>
@@ -75,6 +77,12 @@ std::span<const T> view(const py::handle& object, const char* name, std::size_t 
         throw py::type_error(std::string(name) + ": expected " + std::to_string(count) + " elements, got " +
                              std::to_string(span.size()));
     return span;
+}
+
+// Three numbers of a Python sequence: a colour, a point, a direction.
+inline glm::vec3 vec3_from(const py::handle& object) {
+    const auto t = object.cast<std::array<float, 3>>();
+    return {t[0], t[1], t[2]};
 }
 
 // Hands `values` to numpy without a copy; `shape` counts elements, the numbers of one T become the last axis.

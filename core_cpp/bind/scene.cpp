@@ -1,8 +1,6 @@
 // The scene: arrays from lab/engine/cpu.py, flattened to one soup of triangles.
 #include "lab/scene.h"
 
-#include <pybind11/stl.h>
-
 #include <cmath>
 
 #include "arrays.h"
@@ -16,11 +14,6 @@ template <class T>
 std::vector<T> copy(const py::handle& object, const char* name, std::size_t count) {
     const auto span = view<T>(object, name, count);
     return {span.begin(), span.end()};
-}
-
-vec3 vec3_from(const py::handle& object) {
-    const auto t = object.cast<std::array<float, 3>>();
-    return {t[0], t[1], t[2]};
 }
 
 SceneData scene_data(const py::object& position, const py::object& normal, const py::object& uv,

@@ -1,6 +1,5 @@
 // The stages: records in, dicts of arrays out (lab/engine/cpu.py makes the records).
 #include <pybind11/pybind11.h>
-#include <pybind11/stl.h>
 
 #include <algorithm>
 #include <cmath>
@@ -24,11 +23,6 @@ template <class F>
 auto without_gil(const F& f) {
     const py::gil_scoped_release release;
     return f();
-}
-
-vec3 vec3_from(const py::handle& object) {
-    const auto t = py::cast<py::tuple>(object);
-    return {t[0].cast<float>(), t[1].cast<float>(), t[2].cast<float>()};
 }
 
 py::dict trace_vpls_(const Scene& scene, const py::dict& params) {

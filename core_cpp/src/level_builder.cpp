@@ -78,13 +78,12 @@ void append_light(LevelLights& out, const VertexSums<Number>& flux_sums, const V
     out.weight.push_back(static_cast<float>(Number::value(sums.weight)));
 }
 
-// The member lists of a row's kept vertices: who contributes to each, in shares of 2^-32 of weight *
-// luminance.
+// The member lists of a row's kept vertices: who contributes to each, by weight times luminance, in units of 2^-32.
 void append_members(LevelLights& out, const LevelSource& source, std::vector<std::vector<std::uint32_t>>& member,
                     std::vector<std::vector<double>>& share, const std::vector<std::uint8_t>& kept) {
     for (std::size_t x = 0; x < member.size(); ++x) {
         if (kept[x]) {
-            double total = std::numeric_limits<double>::min();  // a kept vertex has flux: its members' count
+            double total = std::numeric_limits<double>::min();  // never 0 anyway: a kept vertex has members with flux
             for (const double s : share[x]) total += s;
             double sum = 0;
             for (std::size_t e = 0; e < member[x].size(); ++e) {

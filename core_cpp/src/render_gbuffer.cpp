@@ -44,14 +44,12 @@ GBufferData render_gbuffer(const Scene& scene, const Camera& camera, int width, 
                 const vec3 view = rays[i].direction;
                 const vec3 ng = scene.triangle_normal(hits[i].triangle);
                 const float slope = std::max(0.05f, std::abs(glm::dot(ng, view)));
-                const Surface s = scene.surface(hits[i], hits[i].t * g.pixel_angle / std::sqrt(slope));
-                const bool front = glm::dot(s.geometric_normal, view) <= 0;
+                Surface s = scene.surface(hits[i], hits[i].t * g.pixel_angle / std::sqrt(slope));
+                const bool front = s.turn_toward(view);
                 const std::size_t p = pixel[i];
                 g.position[p] = s.position;
-                g.geometric_normal[p] = front ? s.geometric_normal : -s.geometric_normal;
-                // To the side that is seen: at a silhouette the interpolated normal itself may lean away from the
-                // viewer, and turned by its own sign it would look into the surface.
-                g.normal[p] = glm::dot(s.normal, g.geometric_normal[p]) >= 0 ? s.normal : -s.normal;
+                g.geometric_normal[p] = s.geometric_normal;
+                g.normal[p] = s.normal;
                 g.albedo[p] = s.albedo;
                 g.emission[p] = front || s.emits_back ? s.emission : vec3(0.0f);
                 g.depth[p] = hits[i].t * static_cast<float>(glm::dot(glm::dvec3(view), forward));

@@ -64,6 +64,13 @@ Scene::ChosenEmitter Scene::choose_emitter(float uniform) const {
     return {*e, std::max(e->cumulative - below, std::numeric_limits<float>::min())};
 }
 
+bool Surface::turn_toward(const vec3& arriving) {
+    const bool front = glm::dot(geometric_normal, arriving) <= 0;
+    if (!front) geometric_normal = -geometric_normal;
+    if (glm::dot(normal, geometric_normal) < 0) normal = -normal;
+    return front;
+}
+
 Surface Scene::surface(const Hit& hit, float footprint) const {
     const glm::uvec3 t = data_.triangle[hit.triangle];
     const float w = 1 - hit.u - hit.v;

@@ -41,13 +41,11 @@ Chunk trace_chunk(const Scene& scene, const LightPaths& lights, std::int64_t fir
         std::size_t alive = 0;
         for (std::size_t i = 0; i < rays.size(); ++i) {
             if (!hits[i].found()) continue;
-            const Surface surface = scene.surface(hits[i], 0.0f);
-            const vec3 arriving = rays[i].direction;
+            Surface surface = scene.surface(hits[i], 0.0f);
             const vec3 flux = walkers[i].flux * surface.albedo;
             if (!(flux.x > 0 || flux.y > 0 || flux.z > 0)) continue;
-            const vec3 side =
-                glm::dot(surface.geometric_normal, arriving) > 0 ? -surface.geometric_normal : surface.geometric_normal;
-            const vec3 normal = glm::dot(surface.normal, side) < 0 ? -surface.normal : surface.normal;
+            surface.turn_toward(rays[i].direction);
+            const vec3 side = surface.geometric_normal, normal = surface.normal;
             const vec3 position = scene.off_surface(surface.position, side);
             found.position.push_back(position);
             found.flux.push_back(flux);

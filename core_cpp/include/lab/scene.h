@@ -56,10 +56,15 @@ struct SceneData {
     std::vector<SpotLight> spots;
 };
 
-// What a ray found. Normals are as modelled; the caller turns them toward the ray.
+// What a ray found. Normals are as modelled until they are turned.
 struct Surface {
     vec3 position, normal, geometric_normal, albedo, emission;
     bool emits_back;
+
+    // Turns both normals to the side that a ray along `arriving` comes from, and tells whether that is the front. The
+    // interpolated normal follows the geometric one: at a silhouette it may itself lean away from the ray, and turned
+    // by its own sign it would look into the surface.
+    bool turn_toward(const vec3& arriving);
 };
 
 class Scene {
