@@ -1,6 +1,6 @@
 # Each target does its own set-up; `make` alone lists them.
 .DEFAULT_GOAL := help
-.PHONY: help setup render test format lint clean
+.PHONY: help setup render test mutants format lint clean
 
 BIN := .venv/bin
 
@@ -16,6 +16,10 @@ render: setup ## render the default scene to out/atrium.png, .exr and .json
 test: ## install every extra and run all tests and checks
 	@bash .house/setup.sh all
 	$(BIN)/python -m pytest
+
+mutants: ## break one formula at a time in a copy, and see its tests fail (minutes; ONLY="lobe k": that one)
+	@bash .house/setup.sh all
+	$(BIN)/python tests/mutants/run.py $(if $(ONLY),--only "$(ONLY)")
 
 format: ## format Python and C++
 	@bash .house/setup.sh all

@@ -43,12 +43,37 @@ def trace_shadow_rays(
 def filter_shadows(
     gbuffer: GBuffer, shadowed: Floats, weight: Floats, area: Floats, params: Settings, scene_radius: float
 ) -> tuple[Floats, Floats, Floats]: ...
+def filter_irradiance(gbuffer: GBuffer, irradiance: Floats, params: Settings, scene_radius: float) -> Floats: ...
 def composite(
     gbuffer: GBuffer,
     lighting: Lighting,
     shadows: ShadowSamples,
     filtered: FilteredShadows,
     background: Vec3,
+    params: Settings,
+) -> Arrays: ...
+
+# The references.
+def trace_paths(
+    scene: Scene,
+    light_list: Lights | None,
+    gbuffer: GBuffer,
+    camera: Camera | None,
+    first: int,
+    count: int,
+    params: Settings,
+) -> dict[str, NDArray[np.float64]]: ...
+def trace_compensation(
+    scene: Scene, gbuffer: GBuffer, first: int, count: int, params: Settings
+) -> dict[str, NDArray[np.float64]]: ...
+def brute_force(
+    scene: Scene,
+    lights: Lights,
+    gbuffer: GBuffer,
+    first_row: int,
+    last_row: int,
+    draws: int,
+    pass_number: int,
     params: Settings,
 ) -> Arrays: ...
 

@@ -39,13 +39,65 @@ EXPORT_EXAMPLES = """examples:
   lab export scenes/atrium/scene.toml -o out/atrium.vtm   for ParaView: one block a level (needs the extra 'gui')
   lab export sponza.glb -o out/lights.npz                 numpy: L0_position, L0_flux, L1_position, ...
   lab export sponza.glb -o out/lights.ply                 one point cloud, with level, cell_size and flux as fields
+  lab export sponza.glb -o out/sponza.xml --size 640x360  the scene itself, for Mitsuba 3: mitsuba out/sponza.xml
 
-Level 0 is the input lights."""
+Level 0 is the input lights. Of an .xml the meshes and textures lie in NAME-mitsuba beside it; paths there have
+max_bounces bounces, as ours do, and what Mitsuba can't do alike is noted."""
+
+COMPARE_EXAMPLES = """examples:
+  lab compare out/ours.exr out/reference.exr                      the layer 'colour', as JSON
+  lab compare ours.exr reference.exr --layer indirect -o out/cmp  with pictures: side by side, signed error, FLIP
+  lab compare ours.exr mitsuba.exr                                plain R G B of other programs is taken as 'colour'
+  lab compare ours.exr reference.exr --region 100,40,64,64 --per-channel
+
+B is the reference. Over all values a of A and b of B:
+  rel_mse       mean of (a - b)^2 / (b^2 + epsilon^2), epsilon = 1 % of the mean of B's layer
+  mse, rmse     mean of (a - b)^2, and its square root
+  energy_ratio  sum of A over sum of B: 1 where no light is lost or invented
+  flip          mean HDR-FLIP, 0 (looks the same) to 1, at 67 pixels a degree, exposures from B; RGB light only
+  rel_mse_noise the part of rel_mse that is B's own noise, where B has the layer's variance (as 'lab reference' writes)
+A region's numbers use the whole layer's epsilon and FLIP map. What has no value is null, and 'notes' say why.
+-o DIR writes side_by_side.png, error.png (red: A too bright, blue: too dark), flip.png and comparison.json."""
+
+REFERENCE_EXAMPLES = """examples:
+  lab reference scenes/cornell/scene.toml --size 640x360
+  lab reference sponza.glb --error 1% -o out/sponza-truth          until the relative error is 1 %
+  lab reference sponza.glb --time 10m                              until ten minutes are over
+  lab reference scene.toml --method brute_force --spp 4096 --set vpls=1000000 compensation=path
+  lab reference --from out/atrium.json                             what that frame should have looked like
+
+Methods:
+  path_tracer   no virtual lights: paths from the camera, with rays to the scene's lights at every bounce. Of the
+                settings max_bounces and seed count. A sample is a path a pixel (default: 256).
+  brute_force   every virtual light (or light of the scene's list), with a shadow ray to each. vpls, max_bounces, seed,
+                falloff, clamp_distance and compensation count. A sample is a light drawn a pixel (default: 1024) in
+                proportion to what it sends; a pixel that fewer lights reach is exact.
+Of --spp, --error and --time whichever is met first ends it. --error is that of the indirect light: the mean standard
+error of a pixel over the mean.
+
+Writes BASE.exr (colour, direct, indirect, and the variance of each: colour_variance ...), BASE.png and BASE.json. What
+was computed is kept in the folder LAB_CACHE, or that of your caches: more samples add to it, after Ctrl-C too, and
+another scene, view, setting or version of the program never finds it. It may be deleted at any time."""
+
+ATTRIBUTE_EXAMPLES = """examples:
+  lab attribute scenes/atrium/scene.toml
+  lab attribute sponza.glb -o out/sponza-budget --size 320x180
+  lab attribute scene.toml --preset paper --set vpls=10000
+
+Each approximation is switched on alone, everything else being exact, and off alone in the whole frame: where the two
+differ, approximations interact. Error is relMSE of the indirect light against the path-traced truth (or the sum over
+all virtual lights, where that tells a term apart) with the noise of both taken off; energy ratio and HDR-FLIP beside
+it. Every row of the page says what was compared with what. The presets ours, paper and demo are ranked with the same
+--set. The references are kept as those of 'lab reference' are; Sponza takes some minutes on two cores.
+Writes DIR/index.html (one page, pictures inside) and DIR/attribution.json."""
 
 MAIN_EXAMPLES = """examples:
   lab render scenes/atrium/scene.toml          a picture, its layers and its record in out/
   lab heatmap scenes/atrium/scene.toml         how many lights each pixel looks at
   lab export scenes/atrium/scene.toml -o out/atrium.npz
+  lab reference scenes/atrium/scene.toml       what the picture should look like, path traced
+  lab attribute scenes/atrium/scene.toml       where its error comes from, term by term
+  lab compare out/a.exr out/b.exr              how far a picture is from another, in numbers and pictures
   lab params                                   every setting, what it may be, and what the presets say
   lab info                                     versions, processor, what is installed
 
@@ -109,9 +161,46 @@ def build_parser() -> argparse.ArgumentParser:
     _add_method_flags(heatmap)
     _add_view_flags(heatmap, "out/SCENE-heatmap")
 
-    export = add("export", "save the lights and every level of the hierarchy for other programs", EXPORT_EXAMPLES)
-    export.add_argument("-o", dest="output", metavar="FILE", required=True, help="ends in .vtm, .npz or .ply")
+    export = add(
+        "export", "save the lights and every level of the hierarchy, or the scene, for other programs", EXPORT_EXAMPLES
+    )
+    export.add_argument("-o", dest="output", metavar="FILE", required=True, help="ends in .vtm, .npz, .ply or .xml")
     _add_method_flags(export)
+    _add_camera_flags(export)
+
+    reference = add(
+        "reference", "render what a picture should look like: path traced, or every light summed", REFERENCE_EXAMPLES
+    )
+    reference.add_argument("--from", dest="record", metavar="BASE.json", help="of the frame of that run")
+    reference.add_argument("--method", metavar="M", help="path_tracer (default) or brute_force")
+    reference.add_argument("--spp", metavar="N", help="samples a pixel: paths, or lights drawn")
+    reference.add_argument("--error", metavar="E", help="relative error to reach, for example 0.01 or 1%%")
+    reference.add_argument("--time", metavar="T", help="time to spend, for example 90s, 2m or 1h")
+    reference.add_argument(
+        "--pixel", metavar="P", help="centre (default): where a frame looks; area: the mean over each pixel"
+    )
+    reference.add_argument("--no-cache", action="store_true", help="neither use nor keep earlier samples")
+    _add_method_flags(reference)
+    _add_view_flags(reference, "out/SCENE-reference")
+
+    attribute = add(
+        "attribute", "tell where a frame's error comes from, approximation by approximation", ATTRIBUTE_EXAMPLES
+    )
+    attribute.add_argument("-o", dest="output", metavar="DIR", help="folder (default: out/SCENE-attribution)")
+    attribute.add_argument("--no-cache", action="store_true", help="neither use nor keep earlier references")
+    _add_method_flags(attribute)
+    _add_camera_flags(attribute, "640x360")
+
+    compare = add("compare", "measure how far an image is from a reference, layer by layer", COMPARE_EXAMPLES)
+    compare.add_argument("a", metavar="A.exr", help="the image")
+    compare.add_argument("b", metavar="B.exr", help="its reference, of the same size")
+    compare.add_argument("--layer", metavar="L", help="default: colour, or plain R G B where a file has no layers")
+    compare.add_argument(
+        "--region", metavar="X,Y,W,H", action="append", default=[],
+        help="measure this rectangle too, in pixels from the upper left corner; may be repeated",
+    )  # fmt: skip
+    compare.add_argument("--per-channel", action="store_true", help="the numbers of each channel, too")
+    compare.add_argument("-o", dest="output", metavar="DIR", help="folder for pictures of the difference")
 
     params = add("params", "list every setting: default, allowed values, unit, the paper's symbol and section, presets")
     params.add_argument("--json", action="store_true", help="as JSON")
@@ -137,15 +226,19 @@ def _add_method_flags(parser: argparse.ArgumentParser) -> None:
 
 def _add_view_flags(parser: argparse.ArgumentParser, base: str) -> None:
     parser.add_argument("-o", dest="output", metavar="BASE", help=f"base name of the files (default: {base})")
+    _add_camera_flags(parser)
+
+
+def _add_camera_flags(parser: argparse.ArgumentParser, size: str = "1280x720") -> None:
     parser.add_argument("--camera", metavar="C", help="a camera's name, or eye:target[:up[:fov]], vectors as x,y,z")
-    parser.add_argument("--size", metavar="WxH", help="pixels (default: 1280x720)")
+    parser.add_argument("--size", metavar="WxH", help=f"pixels (default: {size})")
 
 
 def _join_negative_vectors(arguments: list[str]) -> list[str]:
     """``--sun -1,2,0`` as ``--sun=-1,2,0``: argparse would take the vector for a flag."""
     joined: list[str] = []
     for argument in arguments:
-        if joined and joined[-1] in ("--sun", "--camera") and re.match(r"-[\d.]", argument):
+        if joined and joined[-1] in ("--sun", "--camera", "--region") and re.match(r"-[\d.]", argument):
             joined[-1] += f"={argument}"
         else:
             joined.append(argument)

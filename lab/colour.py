@@ -115,7 +115,7 @@ HEAT = _heat_table()
 """(256, 3) uint8: the colour map of the heatmaps, dark = few, bright = many."""
 
 
-def heat(values: ArrayLike, top: float) -> NDArray[np.uint8]:
-    """(...) values from 0 to `top` as (..., 3) colours of :data:`HEAT`; what lies beyond takes the end's colour."""
+def heat(values: ArrayLike, top: float, table: NDArray[np.uint8] = HEAT) -> NDArray[np.uint8]:
+    """(...) values from 0 to `top` as (..., 3) colours of an (n, 3) table; what lies beyond takes the end's colour."""
     scaled = np.asarray(values, dtype=np.float64) / top if top > 0 else np.zeros(np.shape(values))
-    return HEAT[np.clip(np.rint(scaled * (len(HEAT) - 1)), 0, len(HEAT) - 1).astype(np.intp)]
+    return table[np.clip(np.rint(scaled * (len(table) - 1)), 0, len(table) - 1).astype(np.intp)]

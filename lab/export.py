@@ -1,6 +1,6 @@
 """Lights and levels of a hierarchy in files of other programs: ParaView (.vtm), numpy (.npz), point clouds (.ply).
 
-Level 0 is the input lights, in merged order; every level has the same fields, so all formats read alike:
+Mitsuba's .xml holds the scene itself, see ``lab/mitsuba_scene``; here it is only known as a format. Level 0 is the input lights, in merged order; every level has the same fields, so all formats read alike:
 position, flux, normal = E[n], normal_moment = E[n n^T] as xx yy zz xy xz yz, deviation, and the level's cell_size.
 """
 
@@ -20,7 +20,8 @@ from lab.outputs import write_all
 from lab.records import GridLevel, Hierarchy
 
 FIELDS = ("flux", "normal", "normal_moment", "deviation")
-FORMATS = (".vtm", ".npz", ".ply")
+SCENE_FORMAT = ".xml"
+FORMATS = (".vtm", ".npz", ".ply", SCENE_FORMAT)
 
 
 def export_hierarchy(path: str | Path, hierarchy: Hierarchy, metadata: Mapping[str, str]) -> list[Path]:
@@ -29,6 +30,8 @@ def export_hierarchy(path: str | Path, hierarchy: Hierarchy, metadata: Mapping[s
     Errors: :class:`LabError` for another ending, or where `.vtm` lacks pyvista. Nothing is half-written.
     """
     path = Path(path)
+    if export_format(path) == SCENE_FORMAT:
+        raise LabError(f"{path}: an .xml holds a scene, not a hierarchy; use lab.mitsuba_scene.export_mitsuba")
     writers: dict[str, Callable[[Path, Hierarchy, Mapping[str, str]], list[Path]]] = {
         ".vtm": _write_vtm,
         ".npz": _write_npz,

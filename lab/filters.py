@@ -40,7 +40,8 @@ def filter_shadows(gbuffer: GBuffer, shadows: ShadowSamples, params: Params, sce
     Errors: :class:`LabError` where torch or kornia is not installed.
     """
     if params.filter == "none":
-        return FilteredShadows(shadows.shadowed.copy(), shadows.weight.copy(), shadows.area.copy())
+        left_out = None if shadows.left_out is None else shadows.left_out.copy()
+        return FilteredShadows(shadows.shadowed.copy(), shadows.weight.copy(), shadows.area.copy(), left_out)
     _require_torch()
     import torch
 
@@ -50,9 +51,12 @@ def filter_shadows(gbuffer: GBuffer, shadows: ShadowSamples, params: Params, sce
         channels = shadows.shadowed.shape[2]
         signal = _tensor(np.concatenate([shadows.shadowed, shadows.weight], axis=2))
         filtered = _pixels(_run(signal, channels, passes, per_value, 0.0))
-        area = _filter_area(gbuffer, shadows.area, passes, per_value)
+        area = _filter_light(gbuffer, shadows.area, passes, per_value)
+        left_out = shadows.left_out
+        if left_out is not None:
+            left_out = _filter_light(gbuffer, left_out, passes, per_value)
     return FilteredShadows(
-        np.ascontiguousarray(filtered[..., :channels]), np.ascontiguousarray(filtered[..., channels:]), area
+        np.ascontiguousarray(filtered[..., :channels]), np.ascontiguousarray(filtered[..., channels:]), area, left_out
     )
 
 
@@ -171,16 +175,16 @@ def _value(signal: Tensor, numerators: int, per_value: float, mean_area: float) 
     return (value.clamp(max=VALUE_LIMIT).double() * per_value).clamp(-GUIDE_LIMIT, GUIDE_LIMIT).float()
 
 
-def _filter_area(gbuffer: GBuffer, area: Floats, passes: list[Pass], per_value: float) -> Floats:
-    """Area lights' irradiance over a denominator of 1 on surfaces, 0 on background: silhouettes are not darkened."""
+def _filter_light(gbuffer: GBuffer, light: Floats, passes: list[Pass], per_value: float) -> Floats:
+    """Noisy irradiance over a denominator of 1 on surfaces, 0 on background: silhouettes are not darkened."""
     surface = gbuffer.depth > 0
-    luminance = area.astype(np.float64) @ LUMINANCE
+    luminance = light.astype(np.float64) @ LUMINANCE
     mean = float(luminance[surface].mean()) if surface.any() else 0.0
     if not mean > 0:
-        return area.copy()
-    signal = np.concatenate([area * surface[..., None], surface[..., None]], axis=2)
+        return light.copy()
+    signal = np.concatenate([light * surface[..., None], surface[..., None]], axis=2)
     filtered = _pixels(_run(_tensor(signal), 3, passes, per_value, mean))
-    result = np.zeros_like(area)
+    result = np.zeros_like(light)
     np.divide(filtered[..., :3], filtered[..., 3:], out=result, where=surface[..., None])
     return result
 

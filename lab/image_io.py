@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Mapping
+from contextlib import redirect_stdout
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +14,7 @@ from numpy.typing import NDArray
 from lab.colour import luminance
 from lab.errors import LabError
 from lab.records import Frame, Lighting
+from lab.scene.quiet import native_quiet
 
 Channels = dict[str, NDArray[np.float32] | NDArray[np.uint32]]
 Counts = dict[str, NDArray[np.uint32]]
@@ -96,11 +99,14 @@ def _open_exr(path: str | Path) -> tuple[dict[str, Any], dict[str, Any]]:
 
     if not Path(path).is_file():
         raise LabError(f"{path}: there is no such EXR file")
+    said = io.StringIO()
     try:
-        with OpenEXR.File(str(path), separate_channels=True) as file:
+        # Of damaged pixels OpenEXR tells on stdout and stderr alone; the exception that follows names another reason.
+        with native_quiet(), redirect_stdout(said), OpenEXR.File(str(path), separate_channels=True) as file:
             return dict(file.header()), dict(file.channels())
     except Exception as error:
-        raise LabError(f"{path}: can't be read as OpenEXR ({error})") from error
+        reason = " ".join(said.getvalue().split()) or error
+        raise LabError(f"{path}: can't be read as OpenEXR ({reason})") from error
 
 
 def write_png(path: Path, pixels: NDArray[np.uint8], metadata: Mapping[str, str]) -> None:

@@ -164,6 +164,12 @@ class Params:
         0.01, "c of the falloff", float, low=0, high=1e6, unit="scene radius", symbol="c", section="LY19 2.1"
     )
 
+    compensation: str = _choice(
+        "none", "light that the clamp of VPLs leaves out, brought back by short paths (Kollig & Keller 2004)",
+        "none", "path", section="LY19 2.1",
+    )  # fmt: skip
+    compensation_samples: int = _field(4, "short paths a pixel for compensation=path", int, low=1, high=64)
+
     # --- shadow samples ---------------------------------------------------------------------------
     shadow_samples: int = _field(
         4, "shadow rays a pixel; 0: no shadows", int, low=0, high=64, symbol="k", section="LY19 3.3"
@@ -205,13 +211,24 @@ class Params:
 
     # --- filter -----------------------------------------------------------------------------------
     filter: str = _choice(
-        "atrous", "edge-stopping wavelet; the same by plane distance; one bilateral pass; or none",
-        "atrous", "atrous_plane", "bilateral", "none", section="LY19 3.3",
+        "atrous_variance",
+        "edge-stopping wavelet guided by the measured noise; by a fixed tolerance (paper); by plane distance; one "
+        "bilateral pass; or none",
+        "atrous_variance", "atrous", "atrous_plane", "bilateral", "none", section="LY19 3.3",
     )  # fmt: skip
     filter_backend: str = _choice("fused", "C++ kernel, or kornia on torch", "fused", "kornia", section="LY19 3.3")
+    sigma_deviation: float = _field(
+        3.0,
+        "filter atrous_variance: tolerated difference of the shadow ratio",
+        float,
+        low=0,
+        open_low=True,
+        words=_OFF,
+        unit="its standard deviation",
+    )
     sigma_shadow: float = _field(
         1.0,
-        "filter: tolerated difference of the shadow ratio",
+        "filters atrous, atrous_plane and bilateral: tolerated difference of the shadow ratio",
         float,
         low=0,
         open_low=True,
@@ -268,6 +285,7 @@ SETTINGS: dict[str, Setting] = {f.name: f.metadata["setting"] for f in dataclass
 _PAPER: dict[str, Value] = {
     "lobe": "mean",
     "first_level": 1,
+    "filter": "atrous",
     "first_shadow_level": 2,
     "shadow_points": "jitter",
     "shadow_estimator": "average",

@@ -223,6 +223,7 @@ class ShadowSamples:
         weight: (H, W, c) what S is relative to: U = mean of omega for the ratios, 1 for ``average`` and ``corrected``;
             0 where nothing was picked.
         direct: (H, W, 3) irradiance from sun, point and spot lights.    area: (H, W, 3) from emissive triangles, noisy.
+        left_out: (H, W, 3) irradiance that the clamped falloff leaves out, noisy; None without ``compensation``.
     """
 
     point: Floats
@@ -233,15 +234,17 @@ class ShadowSamples:
     weight: Floats
     direct: Floats
     area: Floats
+    left_out: Floats | None = None
 
 
 @dataclass(frozen=True)
 class FilteredShadows:
-    """Filtered S, its weight and the area lights' irradiance (shapes as in :class:`ShadowSamples`)."""
+    """Filtered S, its weight and the noisy irradiances (shapes as in :class:`ShadowSamples`)."""
 
     shadowed: Floats
     weight: Floats
     area: Floats
+    left_out: Floats | None = None
 
 
 @dataclass(frozen=True)
@@ -250,7 +253,7 @@ class Image:
 
     Attributes:
         colour: direct + indirect. direct: radiance of emission and direct light. unshadowed: irradiance E.
-        indirect: radiance, unshadowed * shadow ratio * albedo / pi.
+        indirect: radiance, (unshadowed * shadow ratio + what compensation brings back) * albedo / pi.
         shadow_ratio: (H, W, c), c = 3 for ``ratio_rgb``, else 1.
     """
 

@@ -31,6 +31,11 @@ struct Element<glm::vec3> {
     static constexpr py::ssize_t columns = 3;
 };
 template <>
+struct Element<glm::dvec3> {
+    using Scalar = double;
+    static constexpr py::ssize_t columns = 3;
+};
+template <>
 struct Element<glm::uvec3> {
     using Scalar = std::uint32_t;
     static constexpr py::ssize_t columns = 3;
@@ -77,6 +82,13 @@ std::span<const T> view(const py::handle& object, const char* name, std::size_t 
         throw py::type_error(std::string(name) + ": expected " + std::to_string(count) + " elements, got " +
                              std::to_string(span.size()));
     return span;
+}
+
+// Work that needs no Python, with the interpreter free for others.
+template <class F>
+auto without_gil(const F& f) {
+    const py::gil_scoped_release release;
+    return f();
 }
 
 // Three numbers of a Python sequence: a colour, a point, a direction.

@@ -32,6 +32,17 @@ void bind_filter_shadows(py::module_& m) {
         py::arg("gbuffer"), py::arg("shadowed"), py::arg("weight"), py::arg("area"), py::arg("params"),
         py::arg("scene_radius"),
         "Edge-stopping filter of S, its weight (H, W, c) and the area lights' irradiance (H, W, 3).");
+    m.def(
+        "filter_irradiance",
+        [](const py::object& gbuffer, const py::object& irradiance, const py::dict& params, float scene_radius) {
+            const GBufferView g = gbuffer_view(gbuffer);
+            const auto light = view<vec3>(irradiance, "irradiance", g.pixels());
+            const Params p = params_from(params);
+            auto filtered = without_gil([&] { return filter_irradiance(g, light, p, scene_radius); });
+            return to_numpy(std::move(filtered), {g.height, g.width});
+        },
+        py::arg("gbuffer"), py::arg("irradiance"), py::arg("params"), py::arg("scene_radius"),
+        "The same filter on noisy irradiance (H, W, 3).");
 }
 
 }  // namespace lab::bind

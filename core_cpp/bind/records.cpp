@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <numbers>
 #include <type_traits>
 
 #include "arrays.h"
@@ -63,6 +64,11 @@ py::dict choices() {
     LAB_PARAMS(LAB_WORDS)
 #undef LAB_WORDS
     return d;
+}
+
+Camera camera_from(const py::handle& camera) {
+    return {vec3_from(camera.attr("eye")), vec3_from(camera.attr("target")), vec3_from(camera.attr("up")),
+            camera.attr("fov_y_deg").cast<float>() * std::numbers::pi_v<float> / 180.0f};
 }
 
 LightsView lights_view(const py::handle& lights) {

@@ -5,6 +5,7 @@
 #include <pybind11/pybind11.h>
 
 #include "lab/build_hierarchy.h"
+#include "lab/camera.h"
 #include "lab/params.h"
 #include "lab/records.h"
 
@@ -13,6 +14,7 @@ namespace lab::bind {
 Params params_from(const pybind11::dict& values);  // of Params.to_core()
 pybind11::dict params_to_dict(const Params& params);
 pybind11::dict choices();
+Camera camera_from(const pybind11::handle& camera);
 LightsView lights_view(const pybind11::handle& lights);
 HierarchyView hierarchy_view(const pybind11::handle& hierarchy);
 GBufferView gbuffer_view(const pybind11::handle& gbuffer);

@@ -19,12 +19,6 @@
 namespace lab::bind {
 namespace {
 
-template <class F>
-auto without_gil(const F& f) {
-    const py::gil_scoped_release release;
-    return f();
-}
-
 py::dict trace_vpls_(const Scene& scene, const py::dict& params) {
     const Params p = params_from(params);
     VplData vpls = without_gil([&] { return trace_vpls(scene, p); });
@@ -59,8 +53,7 @@ py::dict build_hierarchy_(const py::object& lights, const py::dict& params, bool
 }
 
 py::dict render_gbuffer_(const Scene& scene, const py::object& camera, int width, int height) {
-    const Camera c{vec3_from(camera.attr("eye")), vec3_from(camera.attr("target")), vec3_from(camera.attr("up")),
-                   camera.attr("fov_y_deg").cast<float>() * std::numbers::pi_v<float> / 180.0f};
+    const Camera c = camera_from(camera);
     GBufferData g = without_gil([&] { return render_gbuffer(scene, c, width, height); });
     py::dict d;
     d["position"] = to_numpy(std::move(g.position), {height, width});
@@ -112,6 +105,8 @@ py::dict trace_shadow_rays_(const Scene& scene, const py::object& hierarchy, con
     d["weight"] = to_numpy(std::move(s.weight), {g.height, g.width, channels});
     d["direct"] = to_numpy(std::move(s.direct), {g.height, g.width});
     d["area"] = to_numpy(std::move(s.area), {g.height, g.width});
+    d["left_out"] = py::none();
+    if (p.compensation == Compensation::path) d["left_out"] = to_numpy(std::move(s.left_out), {g.height, g.width});
     return d;
 }
 
@@ -122,11 +117,13 @@ py::dict composite_(const py::object& gbuffer, const py::object& lighting, const
     const int channels = filtered.attr("shadowed").attr("shape").cast<std::array<int, 3>>()[2];
     if (channels != 1 && channels != 3) throw py::type_error("shadowed: expected shape (H, W, 1) or (H, W, 3)");
     const std::size_t count = g.pixels() * channels;
+    const py::object left_out = filtered.attr("left_out");
     const CompositeInput in{view<vec3>(lighting.attr("irradiance"), "irradiance", g.pixels()),
                             view<vec3>(shadows.attr("direct"), "direct", g.pixels()),
                             view<vec3>(filtered.attr("area"), "area", g.pixels()),
                             view<float>(filtered.attr("shadowed"), "shadowed", count),
                             view<float>(filtered.attr("weight"), "weight", count),
+                            left_out.is_none() ? std::span<const vec3>{} : view<vec3>(left_out, "left_out", g.pixels()),
                             channels,
                             vec3_from(background)};
     ImageData image = without_gil([&] { return composite(g, in, p); });

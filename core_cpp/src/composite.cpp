@@ -110,6 +110,7 @@ ImageData composite(const GBufferView& g, const CompositeInput& in, const Params
             for (int c = 0; c < channels; ++c) out.shadow_ratio[p * channels + c] = ratio[c];
             const vec3 reflectance = g.albedo[p] * std::numbers::inv_pi_v<float>;
             out.indirect[p] = out.unshadowed[p] * ratio * reflectance;
+            if (!in.left_out.empty()) out.indirect[p] += in.left_out[p] * reflectance;
             out.direct[p] = g.emission[p] + (in.direct[p] + in.area[p]) * reflectance;
             out.colour[p] = out.direct[p] + out.indirect[p];
         }

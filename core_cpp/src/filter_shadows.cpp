@@ -9,6 +9,7 @@
 #include <cmath>
 
 #include "lab/filter_planes.h"
+#include "lab/filter_variance.h"
 #include "lab/filter_weights.h"
 
 namespace lab {
@@ -57,10 +58,10 @@ glm::dvec3 centre_of(const GBufferView& gbuffer) {
     return hit == gbuffer.depth.end() ? glm::dvec3(0) : glm::dvec3(gbuffer.position[hit - gbuffer.depth.begin()]);
 }
 
-// The guides that stay the same in every pass; see JointGuide and PlaneGuide.
+// The guides that stay the same in every pass; see JointGuide, PlaneGuide and filter_variance.h.
 Planes geometry_of(const GBufferView& gbuffer, const Params& params, double scene_radius) {
-    const bool plane = params.filter == Filter::atrous_plane;
-    Planes planes(gbuffer.width, gbuffer.height, plane ? 8 : 6);
+    const bool plane = params.filter == Filter::atrous_plane, variance = params.filter == Filter::atrous_variance;
+    Planes planes(gbuffer.width, gbuffer.height, plane ? 8 : variance ? variance_guides : 6);
     const auto centre = centre_of(gbuffer);
     const double per_normal = per_sigma(params.sigma_normal);
     const double per_position = per_sigma(params.sigma_position, scene_radius);
@@ -75,6 +76,7 @@ Planes geometry_of(const GBufferView& gbuffer, const Params& params, double scen
                 planes.row(3 + axis, y)[x] =
                     plane ? static_cast<float>(position[axis]) : guide(position[axis] * per_position);
             }
+            if (variance) planes.row(6, y)[x] = gbuffer.depth[pixel] > 0 ? 0.0f : never;
             if (!plane) continue;
             const double footprint = double{gbuffer.depth[pixel]} * gbuffer.pixel_angle;
             planes.row(6, y)[x] = static_cast<float>(guide_scale * per_sigma(params.sigma_plane, footprint));
@@ -150,6 +152,12 @@ void filter_row(const Planes& in, const Guide& guide, const Kernel& kernel, int 
 
 // All passes of a filter on one signal.
 void run(Signal& signal, Planes& geometry, const Params& params) {
+    if (params.filter == Filter::atrous_variance) {
+        const float scale = signal.mean_area > 0 ? static_cast<float>(signal.mean_area) : 1.0f;
+        const float tolerance = std::min(params.sigma_deviation, 1e9f);
+        filter_by_variance(signal.planes, signal.numerators, scale, tolerance, geometry);
+        return;
+    }
     const Kernel kernel = kernel_of(params.filter);
     const double per_value = per_sigma(params.sigma_shadow);
     const float per_normal = static_cast<float>(std::min(guide_scale * per_sigma(params.sigma_normal), 1e18));
@@ -187,25 +195,25 @@ void collect(const Planes& planes, int first, int channels, std::vector<float>& 
 }
 
 // Mean luminance over surface pixels, summed in one order whatever the threads.
-double mean_luminance(const GBufferView& gbuffer, std::span<const vec3> area) {
+double mean_luminance(const GBufferView& gbuffer, std::span<const vec3> light) {
     double sum = 0;
     std::size_t surfaces = 0;
     for (std::size_t i = 0; i < gbuffer.pixels(); ++i) {
         if (!(gbuffer.depth[i] > 0)) continue;
-        sum += glm::dot(luminance_weights, area[i]);
+        sum += glm::dot(luminance_weights, light[i]);
         ++surfaces;
     }
     return surfaces ? sum / static_cast<double>(surfaces) : 0.0;
 }
 
-void filter_area(const GBufferView& gbuffer, const Params& params, Planes& geometry, std::vector<vec3>& area) {
-    Signal signal{Planes(gbuffer.width, gbuffer.height, 4), 3, mean_luminance(gbuffer, area)};
+void filter_light(const GBufferView& gbuffer, const Params& params, Planes& geometry, std::vector<vec3>& light) {
+    Signal signal{Planes(gbuffer.width, gbuffer.height, 4), 3, mean_luminance(gbuffer, light)};
     if (!(signal.mean_area > 0)) return;
     for (int y = 0; y < gbuffer.height; ++y) {
         for (int x = 0; x < gbuffer.width; ++x) {
             const auto pixel = static_cast<std::size_t>(y) * gbuffer.width + x;
             const float surface = gbuffer.depth[pixel] > 0 ? 1.0f : 0.0f;
-            for (int c = 0; c < 3; ++c) signal.planes.row(c, y)[x] = surface * area[pixel][c];
+            for (int c = 0; c < 3; ++c) signal.planes.row(c, y)[x] = surface * light[pixel][c];
             signal.planes.row(3, y)[x] = surface;
         }
     }
@@ -214,7 +222,7 @@ void filter_area(const GBufferView& gbuffer, const Params& params, Planes& geome
         for (int x = 0; x < gbuffer.width; ++x) {
             const auto pixel = static_cast<std::size_t>(y) * gbuffer.width + x;
             for (int c = 0; c < 3; ++c)
-                area[pixel][c] =
+                light[pixel][c] =
                     gbuffer.depth[pixel] > 0 ? signal.planes.row(c, y)[x] / signal.planes.row(3, y)[x] : 0.0f;
         }
     }
@@ -238,7 +246,16 @@ ShadowSignal filter_shadows(const GBufferView& gbuffer, const ShadowSignalView& 
     collect(shadow.planes, 0, channels, filtered.shadowed);
     collect(shadow.planes, channels, channels, filtered.weight);
 
-    filter_area(gbuffer, params, geometry, filtered.area);
+    filter_light(gbuffer, params, geometry, filtered.area);
+    return filtered;
+}
+
+std::vector<vec3> filter_irradiance(const GBufferView& gbuffer, std::span<const vec3> irradiance, const Params& params,
+                                    float scene_radius) {
+    std::vector<vec3> filtered(irradiance.begin(), irradiance.end());
+    if (params.filter == Filter::none || gbuffer.pixels() == 0) return filtered;
+    Planes geometry = geometry_of(gbuffer, params, scene_radius);
+    filter_light(gbuffer, params, geometry, filtered);
     return filtered;
 }
 

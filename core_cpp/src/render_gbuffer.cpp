@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 
 namespace lab {
 
@@ -14,12 +13,8 @@ GBufferData render_gbuffer(const Scene& scene, const Camera& camera, int width, 
         plane->assign(pixels, vec3(0.0f));
     g.depth.assign(pixels, 0.0f);
 
-    // In double: a camera far from the origin keeps its direction.
-    const glm::dvec3 forward = glm::normalize(glm::dvec3(camera.target) - glm::dvec3(camera.eye));
-    const glm::dvec3 right = glm::normalize(glm::cross(forward, glm::dvec3(camera.up)));
-    const glm::dvec3 up = glm::cross(right, forward);
-    const double half = std::tan(0.5 * static_cast<double>(camera.fov_y)), step = 2 * half / height;
-    g.pixel_angle = static_cast<float>(step);
+    const CameraRays camera_rays(camera, width, height);
+    g.pixel_angle = camera_rays.pixel_angle();
 
     // Packets of 4 x 4 pixels: neighbours in both directions stay together in the tree.
     constexpr int block = 4;
@@ -33,10 +28,8 @@ GBufferData render_gbuffer(const Scene& scene, const Camera& camera, int width, 
             std::size_t count = 0;
             for (int y = by * block; y < std::min(height, (by + 1) * block); ++y)
                 for (int x = bx * block; x < std::min(width, (bx + 1) * block); ++x) {
-                    const double sx = (x + 0.5 - 0.5 * width) * step, sy = (0.5 * height - y - 0.5) * step;
-                    const vec3 direction(glm::normalize(forward + sx * right + sy * up));
                     pixel[count] = static_cast<std::size_t>(y) * width + x;
-                    rays[count++] = {camera.eye, direction, std::numeric_limits<float>::infinity()};
+                    rays[count++] = camera_rays.through(x + 0.5, y + 0.5);
                 }
             scene.rays().intersect(std::span(rays.data(), count), std::span(hits.data(), count), Coherence::coherent);
             for (std::size_t i = 0; i < count; ++i) {
@@ -52,7 +45,7 @@ GBufferData render_gbuffer(const Scene& scene, const Camera& camera, int width, 
                 g.normal[p] = s.normal;
                 g.albedo[p] = s.albedo;
                 g.emission[p] = front || s.emits_back ? s.emission : vec3(0.0f);
-                g.depth[p] = hits[i].t * static_cast<float>(glm::dot(glm::dvec3(view), forward));
+                g.depth[p] = camera_rays.depth(rays[i], hits[i].t);
             }
         }
     return g;

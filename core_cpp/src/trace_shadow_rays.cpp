@@ -6,7 +6,8 @@
 #include "lab/direct_light.h"
 #include "lab/draw_member.h"
 #include "lab/light.h"
-#include "lab/luminance.h"
+#include "lab/ray_batch.h"
+#include "lab/trace_paths.h"
 
 namespace lab {
 namespace {
@@ -81,37 +82,7 @@ class Sampler {
     }
 };
 
-// Rays of one image row, and what each adds where if it is free.
-struct RowRays {
-    std::vector<Ray> rays;
-    std::vector<std::size_t> target;
-    std::vector<vec3> adds;
-    std::vector<std::uint8_t> free;
-
-    void clear() {
-        rays.clear();
-        target.clear();
-        adds.clear();
-    }
-    void push(const Ray& ray, std::size_t to, const vec3& add) {
-        rays.push_back(ray);
-        target.push_back(to);
-        adds.push_back(add);
-    }
-    void trace(const Scene& scene, Coherence coherence) {
-        free.resize(rays.size());
-        scene.rays().visible(rays, free, coherence);
-    }
-    // Traces, and adds what arrives to `sums`.
-    void gather(const Scene& scene, Coherence coherence, std::vector<vec3>& sums) {
-        trace(scene, coherence);
-        for (std::size_t i = 0; i < rays.size(); ++i)
-            if (free[i]) sums[target[i]] += adds[i];
-        clear();
-    }
-};
-
-void light_directly(const Scene& scene, const GBufferView& g, const Params& params, int y, RowRays& rays,
+void light_directly(const Scene& scene, const GBufferView& g, const Params& params, int y, RayBatch& rays,
                     ShadowData& out) {
     const SceneData& data = scene.data();
     const std::uint32_t key = frame_key(params.seed, params.frame);
@@ -146,7 +117,7 @@ void light_directly(const Scene& scene, const GBufferView& g, const Params& para
 }
 
 void trace_samples(const Scene& scene, const GBufferView& g, const LightingView& lighting, const Params& params,
-                   const Sampler& sampler, int y, RowRays& rays, ShadowData& out) {
+                   const Sampler& sampler, int y, RayBatch& rays, ShadowData& out) {
     const int k = params.shadow_samples, channels = out.channels;
     // S ignores rays whose share is zero; the average counts every one.
     const bool trace_all = params.shadow_estimator == ShadowEstimator::average;
@@ -174,14 +145,20 @@ void trace_samples(const Scene& scene, const GBufferView& g, const LightingView&
         if (params.shadow_estimator == ShadowEstimator::corrected && any) weight = vec3(1.0f);
         for (int c = 0; c < channels; ++c) out.weight[p * channels + c] = weight[c];
     }
-    rays.trace(scene, Coherence::incoherent);
-    for (std::size_t i = 0; i < rays.rays.size(); ++i) {
-        out.visible[rays.target[i]] = rays.free[i];
-        if (!rays.free[i]) continue;
-        const std::size_t p = rays.target[i] / k;
-        for (int c = 0; c < channels; ++c) out.shadowed[p * channels + c] += rays.adds[i][c];
-    }
-    rays.clear();
+    rays.trace(scene, Coherence::incoherent, [&](std::size_t slot, const vec3& share, bool free) {
+        out.visible[slot] = free;
+        if (!free) return;
+        for (int c = 0; c < channels; ++c) out.shadowed[slot / k * channels + c] += share[c];
+    });
+}
+
+// Mean irradiance of a few short paths a pixel.
+std::vector<vec3> compensate(const Scene& scene, const GBufferView& g, const Params& params) {
+    const auto count = static_cast<std::uint32_t>(params.compensation_samples);
+    const SampleSums sums = trace_compensation(scene, g, {params.frame * count, count}, params);
+    std::vector<vec3> mean(g.pixels());
+    for (std::size_t p = 0; p < mean.size(); ++p) mean[p] = vec3(sums.sum[p] / static_cast<double>(count));
+    return mean;
 }
 
 }  // namespace
@@ -202,13 +179,14 @@ ShadowData trace_shadow_rays(const Scene& scene, const HierarchyView& h, const G
     const Sampler sampler(h, params, scene.radius());
 #pragma omp parallel
     {
-        RowRays rays;
+        RayBatch rays;
 #pragma omp for schedule(dynamic)
         for (int y = 0; y < g.height; ++y) {
             if (params.shadow_samples > 0) trace_samples(scene, g, lighting, params, sampler, y, rays, out);
             light_directly(scene, g, params, y, rays, out);
         }
     }
+    if (params.compensation == Compensation::path) out.left_out = compensate(scene, g, params);
     return out;
 }
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,8 @@ from lab.errors import LabError
 from lab.params import Params
 from lab.records import FilteredShadows, Floats, GBuffer, Hierarchy, Image, Lighting, Lights, Members, ShadowSamples
 from lab.scene.scene import Camera, Mesh, Scene
+
+Doubles = NDArray[np.float64]
 
 
 class CpuEngine:
@@ -27,6 +30,35 @@ class CpuEngine:
         point, side = gbuffer.position[y, x], gbuffer.geometric_normal[y, x]
         free: NDArray[np.uint8] = self._core_scene.visible_from(point[None], side[None], targets)
         return free.astype(bool)
+
+    def trace_paths(
+        self, gbuffer: GBuffer, camera: Camera | None, first: int, count: int, params: Params
+    ) -> dict[str, Doubles]:
+        """Sums over camera paths `first` .. `first + count - 1` of every pixel, for :mod:`lab.reference`.
+
+        Returns ``direct``, ``indirect``, ``colour`` and their ``_square``, (H, W, 3) each. Paths start at the
+        G-buffer's points; with `camera`, anywhere in the pixel.
+        """
+        settings = params.to_core()
+        return _core.trace_paths(self._core_scene, self.scene.light_list, gbuffer, camera, first, count, settings)
+
+    def trace_direct(self, gbuffer: GBuffer, first: int, count: int, params: Params) -> dict[str, Doubles]:
+        """As :meth:`trace_paths`, but only light straight from the scene's lights, without its light list."""
+        settings = params.to_core() | {"max_bounces": 0}
+        return _core.trace_paths(self._core_scene, None, gbuffer, None, first, count, settings)
+
+    def trace_compensation(self, gbuffer: GBuffer, first: int, count: int, params: Params) -> dict[str, Doubles]:
+        """Sums of the irradiance that the falloff leaves out, ``irradiance`` and ``irradiance_square``, (H, W, 3)."""
+        return _core.trace_compensation(self._core_scene, gbuffer, first, count, params.to_core())
+
+    def brute_force(
+        self, lights: Lights, gbuffer: GBuffer, rows: tuple[int, int], draws: int, pass_number: int, params: Params
+    ) -> dict[str, Any]:
+        """Irradiance of rows first..last-1 from all `lights`, shadowed by `draws` rays a pixel (0: a ray to each).
+
+        Returns ``unshadowed``, ``irradiance`` and its ``variance``, (rows, W, 3) float64, and ``exact_pixels``.
+        """
+        return _core.brute_force(self._core_scene, lights, gbuffer, *rows, draws, pass_number, params.to_core())
 
     def trace_vpls(self, params: Params) -> Lights:
         """VPLs by paths from the scene's lights; a scene with a light list is lit by that list instead."""
@@ -56,6 +88,7 @@ class CpuEngine:
         self, hierarchy: Hierarchy, gbuffer: GBuffer, lighting: Lighting, params: Params
     ) -> ShadowSamples:
         """LY19 3.3: one ray to each sample's stored point, and the direct light."""
+        check_compensation(self.scene, params)
         return ShadowSamples(
             **_core.trace_shadow_rays(self._core_scene, hierarchy, gbuffer, lighting, params.to_core())
         )
@@ -66,10 +99,14 @@ class CpuEngine:
             from lab import filters
 
             return filters.filter_shadows(gbuffer, shadows, params, self.scene_radius)
+        settings, left_out = params.to_core(), shadows.left_out
+        if left_out is not None:
+            left_out = _core.filter_irradiance(gbuffer, left_out, settings, self.scene_radius)
         return FilteredShadows(
             *_core.filter_shadows(
-                gbuffer, shadows.shadowed, shadows.weight, shadows.area, params.to_core(), self.scene_radius
-            )
+                gbuffer, shadows.shadowed, shadows.weight, shadows.area, settings, self.scene_radius
+            ),
+            left_out,
         )
 
     def composite(
@@ -78,6 +115,15 @@ class CpuEngine:
         """Interleaved tiles recombined, shadows applied, direct light added."""
         background = self.scene.background
         return Image(**_core.composite(gbuffer, lighting, shadows, filtered, background, params.to_core()))
+
+
+def check_compensation(scene: Scene, params: Params) -> None:
+    """Raises :class:`LabError` where ``compensation=path`` has nothing to work on: lights without surfaces."""
+    if params.compensation == "path" and scene.light_list is not None:
+        raise LabError(
+            f"compensation=path: {scene.name} is lit by a list of point lights, not by surfaces that short paths could "
+            "find; leave it at none"
+        )
 
 
 def build_hierarchy(lights: Lights, params: Params | None = None) -> Hierarchy:

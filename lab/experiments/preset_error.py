@@ -17,7 +17,6 @@ from lab.engine.cpu import CpuEngine, build_hierarchy
 from lab.library import irradiance
 from lab.metrics import energy_ratio, rel_mse
 from lab.params import PRESETS, Params, preset
-from lab.reference import brute_force
 from lab.scene.load import load_scene
 from lab.scene.scene import Scene
 
@@ -53,7 +52,9 @@ def preset_errors(scene: Scene, size: tuple[int, int], vpls: int, alphas: tuple[
             params = preset(name, alpha=alpha, vpls=vpls, shadow_samples=0)
             lit = engine.light(engine.build_hierarchy(lights, params), gbuffer, params).irradiance[seen]
             yield PresetError("unshadowed", name, alpha, rel_mse(lit, exact), energy_ratio(lit, exact))
-    truth = brute_force(engine, gbuffer, lights, plain)[seen]
+    # 0 draws: a ray to every light.
+    everything_shadowed = engine.brute_force(lights, gbuffer, (0, size[1]), 0, 0, plain)
+    truth = everything_shadowed["irradiance"][seen]
     for name in PRESETS:
         for alpha in alphas:
             params = preset(name, alpha=alpha, vpls=vpls, shadow_samples=64, filter="none")

@@ -57,7 +57,29 @@ def z_test(samples: ArrayLike, mean: ArrayLike, rounding: float = 0.0) -> Array:
     return np.asarray(2 * stats.norm.sf(z), np.float64)
 
 
+def welch_test(first: ArrayLike, second: ArrayLike, rounding: ArrayLike = 0.0) -> Array:
+    """p-values of (n, ...) and (m, ...) independent samples having one mean, whatever their variances (Welch 1947).
+
+    One row alone is exact: Student's t-test against it. Means are known to `rounding`.
+    """
+    a, b = np.asarray(first, np.float64), np.asarray(second, np.float64)
+    gap = np.maximum(0.0, np.abs(a.mean(axis=0) - b.mean(axis=0)) - rounding)
+    parts = [(x.var(axis=0, ddof=1) / len(x), len(x) - 1) if len(x) > 1 else (np.zeros(x.shape[1:]), 1) for x in (a, b)]
+    square = sum(variance for variance, _ in parts)
+    freedom = square**2 / np.maximum(sum(v**2 / f for v, f in parts), 1e-300)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        t = np.where(gap > 0, gap / np.sqrt(square), 0.0)  # inf where nothing varies and the means differ
+    return np.asarray(2 * stats.t.sf(t, np.maximum(freedom, 1)), np.float64)
+
+
+def block_means(images: ArrayLike, size: int) -> Array:
+    """(n, H, W) images as (n, H / size, W / size) means of blocks: near to normal where single pixels are not."""
+    pixels = np.asarray(images, np.float64)
+    n, height, width = pixels.shape
+    return pixels.reshape(n, height // size, size, width // size, size).mean(axis=(2, 4))
+
+
 def accept(p_values: ArrayLike) -> bool:
     """Whether the smallest of a family of independent p-values passes (Sidak's correction)."""
-    p = np.atleast_1d(np.asarray(p_values, np.float64))
+    p = np.ravel(np.asarray(p_values, np.float64))
     return bool(p.min() > 1 - (1 - SIGNIFICANCE) ** (1 / p.size))

@@ -12,15 +12,17 @@ from .project import imports, sources, text
 # Lowest first. A module may import from its own layer and the ones under it.
 LAYERS = [
     {"lab.errors", "lab.interrupts"},
-    {"lab.params", "lab.records", "lab.colour", "lab.outputs", "lab.metrics"},
+    {"lab.params", "lab.records", "lab.colour", "lab.outputs", "lab.metrics", "lab.figure"},
     {"lab.scene"},
     {"lab.filters"},
     {"lab.engine"},
     {"lab.frame"},
-    {"lab.library", "lab.heatmap", "lab.image_io", "lab.export", "lab.report", "lab.metrics", "lab.reference"},
+    {"lab.library", "lab.heatmap", "lab.image_io", "lab.export", "lab.report", "lab.reference", "lab.error_picture"},
+    {"lab.comparison", "lab.mitsuba_scene"},
     {"lab.experiments"},
     {"lab.reference"},
     {"lab.experiments"},
+    {"lab.testing"},
     {"lab"},
     {"lab.commands"},
     {"lab.cli", "lab.__main__"},
@@ -36,13 +38,16 @@ PLACES = {
     "pyvista": ("gui", "lab/export.py"),
     "slangpy": ("lab/engine/vulkan",),
     "OpenEXR": ("lab/image_io.py",),
-    "PIL": ("lab/image_io.py", "lab/heatmap.py", "lab/scene"),
+    "PIL": ("lab/image_io.py", "lab/figure.py", "lab/heatmap.py", "lab/error_picture.py", "lab/scene"),
     "embreex": (),
-    "scipy": (),
+    "scipy": ("lab/metrics",),
+    "flip_evaluator": ("lab/metrics",),
+    "pytest": ("lab/testing",),
+    "mitsuba": ("lab/experiments/mitsuba_runner.py",),
 }
 
 # Slow to load (0.2 s to 4 s): only inside the functions that need them, never as a module is imported.
-HEAVY = {"open3d", "trimesh", "pygltflib", "torch", "kornia", "pyvista", "slangpy", "OpenEXR"}
+HEAVY = {"open3d", "trimesh", "pygltflib", "torch", "kornia", "pyvista", "slangpy", "OpenEXR", "scipy", "mitsuba"}
 
 
 def module_of(path: Path) -> str:

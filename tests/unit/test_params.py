@@ -27,7 +27,8 @@ DEFAULTS = {
     "alpha": 1, "first_level": 0, "falloff": "clamped", "clamp_distance": 0.01, "shadow_samples": 4,
     "first_shadow_level": 0, "importance": True, "picker": "reservoir", "shadow_points": "members",
     "deviation_scale": 0.5, "shadow_estimator": "ratio", "omega_max": 2, "interleave": 1, "deal_all": False,
-    "filter": "atrous", "filter_backend": "fused", "direct_samples": 4, "seed": 0, "frame": 0,
+    "filter": "atrous", "filter_backend": "fused", "direct_samples": 4, "seed": 0, "frame": 0, "compensation": "none",
+    "compensation_samples": 4,
 }  # fmt: skip
 
 

@@ -9,6 +9,7 @@ namespace lab {
 struct CompositeInput {
     std::span<const vec3> irradiance, direct, area;
     std::span<const float> shadowed, weight;  // (H, W, channels)
+    std::span<const vec3> left_out;           // irradiance that the falloff leaves out, or empty
     int channels;
     vec3 background;
 };

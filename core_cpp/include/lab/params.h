@@ -14,10 +14,11 @@ enum class CentreWeight { flux, count };
 enum class Lobe { moments, mean_energy, mean };
 enum class Receiver { hard, soft };
 enum class Falloff { clamped, softened };
+enum class Compensation { none, path };
 enum class Picker { reservoir, race };
 enum class ShadowPoints { members, jitter };
 enum class ShadowEstimator { ratio, average, ratio_rgb, corrected };
-enum class Filter { atrous, atrous_plane, bilateral, none };
+enum class Filter { atrous_variance, atrous, atrous_plane, bilateral, none };
 enum class FilterBackend { fused, kornia };
 
 // The words of each choice, in the order of its enumerators.
@@ -36,13 +37,15 @@ inline constexpr std::array words_of<Receiver>{"hard", "soft"};
 template <>
 inline constexpr std::array words_of<Falloff>{"clamped", "softened"};
 template <>
+inline constexpr std::array words_of<Compensation>{"none", "path"};
+template <>
 inline constexpr std::array words_of<Picker>{"reservoir", "race"};
 template <>
 inline constexpr std::array words_of<ShadowPoints>{"members", "jitter"};
 template <>
 inline constexpr std::array words_of<ShadowEstimator>{"ratio", "average", "ratio_rgb", "corrected"};
 template <>
-inline constexpr std::array words_of<Filter>{"atrous", "atrous_plane", "bilateral", "none"};
+inline constexpr std::array words_of<Filter>{"atrous_variance", "atrous", "atrous_plane", "bilateral", "none"};
 template <>
 inline constexpr std::array words_of<FilterBackend>{"fused", "kornia"};
 
@@ -66,6 +69,8 @@ inline constexpr float no_bound = std::numeric_limits<float>::infinity();  // "n
     X(int, first_level, 0)                                       \
     X(Falloff, falloff, Falloff::clamped)                        \
     X(float, clamp_distance, 0.01f)                              \
+    X(Compensation, compensation, Compensation::none)            \
+    X(int, compensation_samples, 4)                              \
     X(int, shadow_samples, 4)                                    \
     X(int, first_shadow_level, 0)                                \
     X(bool, importance, true)                                    \
@@ -76,8 +81,9 @@ inline constexpr float no_bound = std::numeric_limits<float>::infinity();  // "n
     X(float, omega_max, 2.0f)                                    \
     X(int, interleave, 1)                                        \
     X(bool, deal_all, false)                                     \
-    X(Filter, filter, Filter::atrous)                            \
+    X(Filter, filter, Filter::atrous_variance)                   \
     X(FilterBackend, filter_backend, FilterBackend::fused)       \
+    X(float, sigma_deviation, 3.0f)                              \
     X(float, sigma_shadow, 1.0f)                                 \
     X(float, sigma_normal, 0.25f)                                \
     X(float, sigma_position, 0.01f)                              \

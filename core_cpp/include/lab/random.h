@@ -7,7 +7,22 @@
 namespace lab {
 
 // What a random number is for; keeps the decisions of one pixel or path apart.
-enum class Stream : std::uint32_t { emit = 1, bounce, pick, race, member, jitter, area };
+enum class Stream : std::uint32_t {
+    emit = 1,
+    bounce,
+    pick,
+    race,
+    member,
+    jitter,
+    area,
+    // The references.
+    pixel_point,
+    path_direction,
+    light_point,
+    light_choice,
+    light_candidate,
+    reference_pick,
+};
 
 struct Random4 {
     std::uint32_t x, y, z, w;

@@ -1,14 +1,9 @@
 // Stage render_gbuffer: what the camera sees, one ray through each pixel's centre.
 #pragma once
 
-#include "lab/scene.h"
+#include "lab/camera.h"
 
 namespace lab {
-
-struct Camera {
-    vec3 eye, target, up;
-    float fov_y;  // radians
-};
 
 struct GBufferData {
     std::vector<vec3> position, normal, geometric_normal, albedo, emission;

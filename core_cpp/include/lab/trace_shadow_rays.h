@@ -16,6 +16,7 @@ struct ShadowData {
     int channels;                         // 3 for ratio_rgb, else 1
     std::vector<float> shadowed, weight;  // (H, W, channels)
     std::vector<vec3> direct, area;       // (H, W)
+    std::vector<vec3> left_out;           // (H, W), empty without compensation
 };
 
 ShadowData trace_shadow_rays(const Scene& scene, const HierarchyView& hierarchy, const GBufferView& gbuffer,
