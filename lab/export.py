@@ -1,6 +1,8 @@
 """Lights and levels of a hierarchy in files of other programs: ParaView (.vtm), numpy (.npz), point clouds (.ply).
 
-Mitsuba's .xml holds the scene itself, see ``lab/mitsuba_scene``; here it is only known as a format. Level 0 is the input lights, in merged order; every level has the same fields, so all formats read alike:
+Mitsuba's .xml holds the scene itself: see ``lab/mitsuba_scene``; here it is only known as a format.
+
+Level 0 is the input lights, in merged order; every level has the same fields, so all formats read alike:
 position, flux, normal = E[n], normal_moment = E[n n^T] as xx yy zz xy xz yz, deviation, and the level's cell_size.
 """
 

@@ -110,7 +110,7 @@ def _open_exr(path: str | Path) -> tuple[dict[str, Any], dict[str, Any]]:
 
 
 def write_png(path: Path, pixels: NDArray[np.uint8], metadata: Mapping[str, str]) -> None:
-    """Writes (H, W, 3) 8 bit sRGB pixels with `metadata` as text chunks."""
+    """Writes 8 bit pixels, (H, W, 3) sRGB or (H, W) grey, with `metadata` as text chunks."""
     from PIL import Image
     from PIL.PngImagePlugin import PngInfo
 

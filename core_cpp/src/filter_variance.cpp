@@ -14,6 +14,8 @@ namespace {
 constexpr int chunk = 256, most_planes = 6;
 constexpr float least_deviation = 0.02f;  // relative to `scale`: smaller differences never stop the filter
 constexpr float largest = 1e9f;           // relative to `scale`: larger values count as this where they guide
+constexpr float any_difference = 1e9f;    // with such a tolerance values stop nothing, not even where there is no noise
+constexpr float unlike = 20.0f;           // likeness of 2^-20 and less is none: nothing is known from such pixels
 constexpr float log2_e = 1.44269504f;
 // Gaussian of sigma 1 over -2..2, and the passes' steps.
 constexpr std::array<float, 5> kernel{0.0544886845f, 0.2442013420f, 0.4026199469f, 0.2442013420f, 0.0544886845f};
@@ -23,11 +25,13 @@ struct Row {
     int x, count, y;
 };
 
-// 2^-distance between pixels p of a row and their taps q in row y_q, shifted; geometry alone, or values, too.
+// 2^-distance between pixels p of a row and their taps q in row y_q, shifted: by geometry alone the likeness of their
+// surfaces, with a guide by their values, too.
 class TapWeights {
   public:
     TapWeights(const Planes& geometry, const Planes* guide) : geometry_(geometry), guide_(guide) {}
 
+    // `space`: the tap's spatial weight, with a guide.
     void weigh(const Row& row, int y_q, int shift, float space, float* weight) const {
         std::array<const float*, variance_guides> p, q;
         for (int i = 0; i < variance_guides; ++i) {
@@ -45,9 +49,12 @@ class TapWeights {
             const float* per_deviation = guide_->row(1, row.y) + row.x;
 #pragma omp simd
             for (int i = 0; i < row.count; ++i) weight[i] += magnitude(value_q[i] - value_p[i]) * per_deviation[i];
-        }
 #pragma omp simd
-        for (int i = 0; i < row.count; ++i) weight[i] = space * exp2_negative(weight[i]);
+            for (int i = 0; i < row.count; ++i) weight[i] = space * exp2_negative(weight[i]);
+        } else {
+#pragma omp simd
+            for (int i = 0; i < row.count; ++i) weight[i] = weight[i] < unlike ? exp2_negative(weight[i]) : 0.0f;
+        }
     }
 
   private:
@@ -61,8 +68,7 @@ class VarianceFilter {
         : signal_(signal),
           geometry_(geometry),
           numerators_(numerators),
-          limit_(largest * scale),
-          floor_(least_deviation * scale),
+          scale_(scale),
           tolerance_(tolerance),
           value_(signal.width(), signal.height(), 2),
           variance_(signal.width(), signal.height(), 1),
@@ -70,6 +76,7 @@ class VarianceFilter {
 
     void run() {
         Planes filtered = signal_, filtered_variance = variance_;
+        per_denominator_ = one_over_mean_denominator();
         take_values();
         reflect(1, {&value_, &geometry_});
         for_rows([&](const Row& row) { measure_variance(row); });
@@ -87,8 +94,9 @@ class VarianceFilter {
   private:
     Planes &signal_, &geometry_;
     int numerators_;
-    float limit_, floor_, tolerance_;
-    Planes value_;     // luminances of numerator and denominator
+    float scale_, tolerance_;
+    double per_denominator_ = 1;
+    Planes value_;     // luminances of numerator (over `scale`) and denominator, both over the mean denominator
     Planes variance_;  // of a pixel's value
     Planes guide_;     // value, smoothed a little; log2(e) over the deviation that is tolerated around it
 
@@ -127,38 +135,62 @@ class VarianceFilter {
         return luminance({signal_.row(first, y)[x], signal_.row(first + 1, y)[x], signal_.row(first + 2, y)[x]});
     }
 
+    float bright_denominator(int y, int x) const { return bright(y, x, numerators_, signal_.count() - numerators_); }
+
+    // In such units no sum and no square leaves float's range, whatever the light's. A power of two rounds nothing.
+    double one_over_mean_denominator() const {
+        double sum = 0;
+        for (int y = 0; y < signal_.height(); ++y)
+            for (int x = 0; x < signal_.width(); ++x) sum += std::max(0.0f, bright_denominator(y, x));
+        const double mean = sum / (static_cast<double>(signal_.width()) * signal_.height());
+        return mean > 0 ? std::ldexp(1.0, -std::ilogb(mean)) : 1.0;
+    }
+
     void take_values() {
-        const int denominators = signal_.count() - numerators_;
         for_rows([&](const Row& row) {
             for (int x = row.x; x < row.x + row.count; ++x) {
-                value_.row(0, row.y)[x] = std::clamp(bright(row.y, x, 0, numerators_), 0.0f, limit_);
-                value_.row(1, row.y)[x] = std::clamp(bright(row.y, x, numerators_, denominators), 0.0f, largest);
+                const double over = bright(row.y, x, 0, numerators_) * per_denominator_ / scale_;
+                const double under = bright_denominator(row.y, x) * per_denominator_;
+                value_.row(0, row.y)[x] = static_cast<float>(std::clamp(over, 0.0, double{largest}));
+                value_.row(1, row.y)[x] = static_cast<float>(std::clamp(under, 0.0, double{largest}));
             }
         });
     }
 
     // How much single pixels' values scatter around their mean, over the like pixels of a 5 x 5 window.
     void measure_variance(const Row& row) {
-        float sum[chunk]{}, s[chunk]{}, u[chunk]{}, ss[chunk]{}, su[chunk]{}, uu[chunk]{};
+        float likeness[25][chunk], sum[chunk]{}, s[chunk]{}, u[chunk]{}, scatter[chunk]{};
+        int tap = 0;
         taps(row, 2, 1, nullptr, nullptr, [&](int y, int shift, const float* weight) {
             const float *a = value_.row(0, y) + row.x + shift, *b = value_.row(1, y) + row.x + shift;
+            float* like = likeness[tap++];
 #pragma omp simd
             for (int i = 0; i < row.count; ++i) {
-                const float w = weight[i], wa = w * a[i], wb = w * b[i];
-                sum[i] += w;
-                s[i] += wa;
-                u[i] += wb;
-                ss[i] += wa * a[i];
-                su[i] += wa * b[i];
-                uu[i] += wb * b[i];
+                like[i] = weight[i];
+                sum[i] += weight[i];
+                s[i] += weight[i] * a[i];
+                u[i] += weight[i] * b[i];
             }
         });
-        float* variance = variance_.row(0, row.y) + row.x;
-        for (int i = 0; i < row.count; ++i) {
-            const float mean = u[i] > 0 ? s[i] / u[i] : 0.0f;
-            const float scatter = larger(0.0f, ss[i] - 2 * mean * su[i] + mean * mean * uu[i]) * sum[i];
-            variance[i] = u[i] > 0 ? smaller(scatter / (u[i] * u[i]), limit_ * limit_) : 0.0f;
+        float* mean = s;
+        for (int i = 0; i < row.count; ++i) mean[i] = u[i] > 0 ? s[i] / u[i] : 0.0f;
+        // A second time, around the mean: a difference of sums of squares would leave little of values nearly alike.
+        tap = 0;
+        for (int dy = -2; dy <= 2; ++dy) {
+            const int y = reflected(row.y + dy, 1, signal_.height());
+            for (int dx = -2; dx <= 2; ++dx) {
+                const float *a = value_.row(0, y) + row.x + dx, *b = value_.row(1, y) + row.x + dx;
+                const float* like = likeness[tap++];
+#pragma omp simd
+                for (int i = 0; i < row.count; ++i) {
+                    const float off = a[i] - mean[i] * b[i];
+                    scatter[i] += like[i] * off * off;
+                }
+            }
         }
+        float* variance = variance_.row(0, row.y) + row.x;
+        for (int i = 0; i < row.count; ++i)
+            variance[i] = u[i] > 0 ? smaller(scatter[i] * sum[i] / (u[i] * u[i]), largest * largest) : 0.0f;
     }
 
     void make_guide(const Row& row) {
@@ -177,9 +209,10 @@ class VarianceFilter {
         float *value = guide_.row(0, row.y) + row.x, *per_deviation = guide_.row(1, row.y) + row.x;
         for (int i = 0; i < row.count; ++i) {
             const bool known = u[i] > 0;
-            value[i] = known ? smaller(s[i] / u[i], limit_) : 0.0f;
+            value[i] = known ? smaller(s[i] / u[i], largest) : 0.0f;
             // Where no sample says anything around, any neighbour's word is welcome.
-            per_deviation[i] = known ? log2_e / (tolerance_ * std::sqrt(v[i] / sum[i]) + floor_) : 0.0f;
+            const bool stops = known && tolerance_ < any_difference;
+            per_deviation[i] = stops ? log2_e / (tolerance_ * std::sqrt(v[i] / sum[i]) + least_deviation) : 0.0f;
         }
     }
 

@@ -45,11 +45,10 @@ class Sampler {
             s.point = jittered_point(h_, pick, params_.deviation_scale, r);
             s.omega = 1.0f;
         } else {
-            const Random4 r = random4(pixel, static_cast<std::uint32_t>(sample), Stream::member, key_);
-            const std::uint32_t member = draw_member(h_, pick, r);
-            s.member = static_cast<std::int32_t>(member);
-            s.point = h_.position[member];
-            s.omega = member == pick ? 1.0f : member_weight(member, at, received);
+            const ChosenMember chosen = choose_member(at, pixel, static_cast<std::uint32_t>(sample), pick, received);
+            s.member = static_cast<std::int32_t>(chosen.member);
+            s.point = h_.position[chosen.member];
+            s.omega = chosen.omega;
         }
         switch (params_.shadow_estimator) {
             case ShadowEstimator::average:
@@ -71,14 +70,45 @@ class Sampler {
     std::uint32_t key_;
     std::vector<float> scale_;
 
+    struct ChosenMember {
+        std::uint32_t member;
+        float omega;
+    };
+
+    // One of a few members drawn from the grid light, in proportion to their omegas, and the mean of these: the same
+    // expectation as of a single draw (resampling, Talbot et al. 2005), with less noise and fewer rays to members that
+    // face away.
+    ChosenMember choose_member(const LitPoint& at, std::uint32_t pixel, std::uint32_t sample, std::uint32_t pick,
+                               const Received& grid_light) const {
+        ChosenMember chosen{pick, 1.0f};
+        if (pick < h_.input_index.size()) return chosen;
+        // The average is over members as they are, whatever their omegas.
+        const bool plain = params_.shadow_estimator == ShadowEstimator::average;
+        const std::uint32_t count = plain ? 1 : static_cast<std::uint32_t>(params_.member_candidates);
+        float sum = 0;
+        for (std::uint32_t i = 0; i < count; ++i) {
+            const Random4 r = random4(pixel, sample * count + i, Stream::member, key_);
+            const std::uint32_t member = draw_member(h_, pick, r);
+            const float omega = member_weight(member, at, grid_light);
+            sum += omega;
+            if (i == 0 || to_unit(r.z) * sum < omega) chosen.member = member;
+        }
+        chosen.omega = sum / static_cast<float>(count);
+        return chosen;
+    }
+
     // omega: the member's cosines over the grid light's. Members that face away don't count; distance is left
     // out on purpose, a near member would spike.
     float member_weight(std::uint32_t member, const LitPoint& at, const Received& grid_light) const {
-        LightTerm term = light_term(h_, member, 0, settings_, 1.0f);
-        term.deviation = vec3(0.0f);
-        const Received own = receive_at(term, settings_, at);
         const float whole = grid_light.cosine * grid_light.emission;
-        return whole > 0 ? std::min(params_.omega_max, own.cosine * own.emission / whole) : 0.0f;
+        if (!(whole > 0)) return 0.0f;
+        const vec3 to = h_.position[member] - at.position;
+        const float inverse = 1.0f / std::sqrt(larger(glm::dot(to, to), std::numeric_limits<float>::min()));
+        const float cosine = larger(0.0f, glm::dot(at.normal, to) * inverse);
+        // A single light has one normal, for which every lobe is the plain cosine, or none.
+        const float emitted =
+            h_.oriented[member] ? larger(0.0f, -glm::dot(h_.normal[member], to) * inverse) : isotropic_emission;
+        return smaller(params_.omega_max, cosine * emitted / whole);
     }
 };
 

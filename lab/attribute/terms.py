@@ -147,7 +147,9 @@ WHOLE_SHADOWS = Term("hierarchy_shadows", "shadow samples of grid lights in plac
 
 UNRELATED = {
     "max_bounces": "the truth has the same bounces",
+    "clamp_distance": "belongs to clamp, and is its exact value where lights are a list",
     "picker": "both pick by one distribution",
+    "member_candidates": "one mean with more or less noise, which is that of samples",
     "deviation_scale": "belongs to shadow_points",
     "filter_backend": "both give one result",
     "sigma_deviation": "belongs to filter",

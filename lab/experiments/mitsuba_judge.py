@@ -74,8 +74,11 @@ def judge(layer: str, ours: Layer, theirs: Layer, block: int = 8) -> Verdict:
     noisy = variance > 0
     z = (a.mean - b.mean)[noisy] / np.sqrt(variance[noisy])
     (sum_a, error_a), (sum_b, error_b) = _energy(ours), _energy(theirs)
-    ratio = sum_a / sum_b
-    error = ratio * math.hypot(error_a / sum_a, error_b / sum_b)
+    if sum_b == 0:
+        ratio, error = (1.0 if sum_a == 0 else math.inf), 0.0
+    else:
+        ratio = sum_a / sum_b
+        error = math.hypot(error_a, ratio * error_b) / sum_b
     return Verdict(layer, ratio, error, sidak(p), float(p.min()), float(z.std()) if z.size else 0.0)
 
 

@@ -98,7 +98,8 @@ class Mitsuba:
         """One picture of `spp` samples a pixel, (H, W, 3)."""
         parts = list(_parts(spp))
         images = (self._render(part, seed * len(parts) + i, self.max_depth) for i, part in enumerate(parts))
-        return np.sum([image * (part / spp) for image, part in zip(images, parts, strict=True)], axis=0)
+        total: Doubles = np.sum([image * (part / spp) for image, part in zip(images, parts, strict=True)], axis=0)
+        return total
 
     def layers(self, spp: int, *, batches: int = 16, seed: int = 0) -> Layers:
         """Both layers from `batches` pairs of pictures, `spp` samples a pixel in all.

@@ -58,27 +58,23 @@ def _is_one_hole(material: Material) -> bool:
 
 def _part(scene: Scene, mesh: Mesh, notes: list[str]) -> Part:
     material = scene.materials[mesh.material]
-    tint, colour = np.asarray(material.base_colour, np.float64), mesh.colour
+    used, index = np.unique(mesh.index, return_inverse=True)
+    tint = np.asarray(material.base_colour, np.float64)
+    colour = None if mesh.colour is None else mesh.colour[used] * tint
     if colour is not None and (material.texture >= 0 or (colour == colour[0]).all()):
         if (colour != colour[0]).any():
             notes.append(
                 f"material {material.name}: has vertex colours and a texture, which Mitsuba can't multiply; "
                 "the colours' mean is written"
             )
-        tint, colour = tint * colour[mesh.index].mean(axis=(0, 1), dtype=np.float64), None
+        tint, colour = colour.mean(axis=0), None
+    brightest = tint if colour is None else colour
+    if brightest.max() > 1:
+        notes.append(f"material {material.name}: reflects more than all light; Mitsuba allows 1 at most")
+    red, green, blue = np.minimum(tint, 1).tolist()
+    part = Part(material, (red, green, blue), mesh.position[used], index.reshape(-1, 3).astype(np.uint32))
     if colour is not None:
-        colour, tint = (colour * tint).astype(np.float32), np.ones(3)
-    for values in (tint, colour):
-        if values is not None and values.max(initial=0) > 1:
-            notes.append(f"material {material.name}: reflects more than all light; Mitsuba allows 1 at most")
-    used, index = np.unique(mesh.index, return_inverse=True)
-    part = Part(
-        material,
-        (min(float(tint[0]), 1.0), min(float(tint[1]), 1.0), min(float(tint[2]), 1.0)),
-        mesh.position[used],
-        index.reshape(-1, 3).astype(np.uint32),
-        colour=None if colour is None else np.minimum(colour[used], np.float32(1)),
-    )
+        part = replace(part, tint=(1.0, 1.0, 1.0), colour=np.minimum(colour, 1).astype(np.float32))
     if material.texture >= 0:
         uv = np.zeros((len(used), 2), np.float32) if mesh.uv is None else np.nan_to_num(mesh.uv[used])
         part = replace(part, uv=uv)

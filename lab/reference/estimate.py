@@ -212,7 +212,8 @@ class _Refinement:
 
     def said(self) -> str:
         """A line about it."""
-        text = f"{self._estimator.samples:,} samples a pixel"
-        if self._estimator.samples == 0:
+        samples, pending = self._estimator.samples, round(self._estimator.pending)
+        text = f"{samples:,} samples a pixel" + (f" and {pending:,} under way" if pending else "")
+        if samples == 0:
             return text
         return f"{text}, relative error {self._relative_error(_ERROR_EVERY):.2%}"

@@ -15,6 +15,7 @@ from lab.scene.scene import Camera
 PIXELS = ("centre", "area")
 _LAYERS = ("direct", "indirect", "colour")
 _PATHS_A_STEP = 400_000  # about a second: often enough for a progress bar and for Ctrl-C
+_MOST_A_STEP = 16
 
 
 class PathTracer:
@@ -46,8 +47,8 @@ class PathTracer:
     def step(self, most: int | None, guess: int | None) -> None:
         """Adds about a second's worth of paths; enough for the clock and the error to be looked at in between."""
         del guess
-        # Batches that begin at multiples of one power of two: two runs that add up to one sum in the same order.
-        batch = 1 << (max(1, _PATHS_A_STEP // self._gbuffer.depth.size).bit_length() - 1)
+        # Batches begin at multiples of one power of two: runs of 16, 32 ... samples sum in one order, to the last bit.
+        batch = 1 << (max(1, min(_MOST_A_STEP, _PATHS_A_STEP // self._gbuffer.depth.size)).bit_length() - 1)
         count = batch - self.samples % batch
         count = count if most is None else min(most, count)
         found = self._engine.trace_paths(self._gbuffer, self._camera, self.samples, count, self._params)

@@ -170,7 +170,7 @@ def _take_up(estimator: Estimator, path: Path) -> None:
     """Restores a stored state; leaves the estimator at its beginning where there is none, or a damaged one."""
     fresh = estimator.state()
     # Whatever a damaged archive makes of numpy and zipfile, the reference is computed anew and replaces it.
-    with suppress(Exception), np.load(path, allow_pickle=False) as file:
+    with suppress(Exception), path.open("rb") as raw, np.load(raw, allow_pickle=False) as file:
         state = {name: file[name] for name in fresh}
         if all(np.shape(state[name]) == np.shape(value) for name, value in fresh.items()):
             estimator.restore(state)

@@ -11,25 +11,25 @@ from lab.experiments.mitsuba_judge import Layer, judge
 from lab.params import Params
 from lab.reference import Budget, brute_force
 
-from .views import PARAMS, SIZE, scene_of, theirs
-
-FINER = 4
-"""Brute force looks through pixels' centres: so many of them, each way, stand for Mitsuba's whole pixels."""
+from .views import SIZE, scene_of, theirs
 
 
-def finer(name: str, params: Params, draws: int) -> Layer:
-    """The `indirect` layer of brute force, averaged over the centres of finer pixels, and the variance of that."""
+def finer(name: str, params: Params, draws: int, times: int) -> Layer:
+    """The `indirect` layer of brute force, and its variance.
+
+    It looks through pixels' centres: `times` x `times` of them, in finer pixels, stand for each of Mitsuba's pixels.
+    """
     scene = scene_of(name)
-    size = (FINER * SIZE[0], FINER * SIZE[1])
+    size = (times * SIZE[0], times * SIZE[1])
     found = brute_force(CpuEngine(scene), scene.camera(), size, params, budget=Budget(spp=draws)).indirect
-    cells = found.reshape(SIZE[1], FINER, SIZE[0], FINER, 3)
+    cells = found.reshape(SIZE[1], times, SIZE[0], times, 3)
     # As if the centres had been thrown at random; set out evenly they do better.
-    return Layer(cells.mean(axis=(1, 3)), cells.var(axis=(1, 3), ddof=1) / FINER**2)
+    return Layer(cells.mean(axis=(1, 3)), cells.var(axis=(1, 3), ddof=1) / times**2)
 
 
 def test_two_hundred_lamps() -> None:
     """All shadow rays to all lights, no clamp: nothing random but where in the pixel one looks."""
-    lamps = finer("lamps", PARAMS.replace(clamp_distance=0), 200)
+    lamps = finer("lamps", Params(clamp_distance=0), 200, 4)
     direct = theirs("lamps").direct
     found = judge("lamps", lamps, direct)
     assert found.blocks.accepted, found
@@ -42,11 +42,11 @@ def test_two_hundred_lamps() -> None:
 def test_virtual_lights_carry_the_indirect_light(name: str) -> None:
     """VPLs are shared by all pixels: their noise shows over seeds only, and only energies can be compared."""
     energies = []
-    for seed in range(4):
-        params = Params(vpls=3000, compensation="path", seed=100 + seed)
-        found = finer(name, params, 32)
+    for seed in range(8):
+        params = Params(vpls=10_000, compensation="path", seed=100 + seed)
+        found = finer(name, params, 32, 2)
         energies.append(float(luminance(found.mean.mean(axis=(0, 1)))))
-    mean, error = np.mean(energies), np.std(energies, ddof=1) / 2
+    mean, error = np.mean(energies), np.std(energies, ddof=1) / np.sqrt(8)
     expected = float(luminance(theirs(name).indirect.mean.mean(axis=(0, 1))))
     assert error < 0.015 * expected, energies
     assert abs(mean - expected) < 0.02 * expected + 3 * error, (mean / expected, error / expected)

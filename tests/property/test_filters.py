@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -12,11 +14,15 @@ from lab import _core, filters
 from lab.params import Params
 from lab.records import GBuffer, ShadowSamples
 
+FILTERS = ["atrous_variance", "atrous", "atrous_plane", "bilateral"]
 SIGMAS = st.one_of(st.just("none"), st.floats(0.01, 10.0), st.sampled_from([1e-30, 1e30]))
 
 
 def numbers(low, high):
     return st.floats(low, high, width=32, allow_subnormal=False)
+
+
+BRIGHTNESS = numbers(0, np.float32(1e30))
 
 
 def image(height, width, channels, low, high):
@@ -25,8 +31,8 @@ def image(height, width, channels, low, high):
 
 @st.composite
 def parameters(draw, sigma=SIGMAS):
-    sigmas = {f"sigma_{name}": draw(sigma) for name in ("shadow", "normal", "position", "plane")}
-    return Params(filter=draw(st.sampled_from(["atrous", "atrous_plane", "bilateral"])), **sigmas)
+    sigmas = {f"sigma_{name}": draw(sigma) for name in ("deviation", "shadow", "normal", "position", "plane")}
+    return Params(filter=draw(st.sampled_from(FILTERS)), **sigmas)
 
 
 @st.composite
@@ -43,15 +49,17 @@ def frames(draw, extent=1e30, brightest=1e30):
 
 
 def fused(gbuffer, signals, params, scene_radius=1.0):
-    return _core.filter_shadows(gbuffer, *signals, params.to_core(), scene_radius)
+    """Filtered S, its weight, the area lights' irradiance, and the same once more as what the clamp leaves out."""
+    light = _core.filter_irradiance(gbuffer, signals[2], params.to_core(), scene_radius)
+    return *_core.filter_shadows(gbuffer, *signals, params.to_core(), scene_radius), light
 
 
 def kornia(gbuffer, signals, params, scene_radius=1.0):
     shadowed, weight, area = signals
     nothing = np.zeros(0)
-    samples = ShadowSamples(nothing, nothing, nothing, nothing, shadowed, weight, nothing, area)
+    samples = ShadowSamples(nothing, nothing, nothing, nothing, shadowed, weight, nothing, area, area)
     result = filters.filter_shadows(gbuffer, samples, params, scene_radius)
-    return result.shadowed, result.weight, result.area
+    return result.shadowed, result.weight, result.area, result.left_out
 
 
 @given(frames(), parameters(), st.sampled_from([1e-30, 1.0, 1e30]))
@@ -75,7 +83,7 @@ def test_ratio_stays_inside_its_range(frame, params, seed):
     gbuffer, (weight, _, area) = frame
     weight = np.where(weight > 1e-3, weight, np.float32(0))
     ratio = np.random.default_rng(seed).random(weight.shape, dtype=np.float32)
-    shadowed, filtered, _ = fused(gbuffer, (ratio * weight, weight, area), params)
+    shadowed, filtered, *_ = fused(gbuffer, (ratio * weight, weight, area), params)
     for channel in range(weight.shape[2]):
         some = weight[..., channel] > 0
         if not some.any():
@@ -122,5 +130,44 @@ def test_a_mirrored_picture_gives_the_mirrored_result(height, width, params, how
 
     expected = filtered(position, normal, depth, signals)
     result = filtered(*map(mirrored, (position, normal, depth)), list(map(mirrored, signals)))
+    assert np.array_equal(result[2], result[3]), "irradiance is irradiance, wherever from"
     for after, before in zip(result, expected, strict=True):
         np.testing.assert_allclose(after, mirrored(before), rtol=0, atol=1e-4)
+
+
+@given(frames(extent=2.0, brightest=4.0), parameters(), BRIGHTNESS, BRIGHTNESS)
+@settings(max_examples=60, deadline=None)
+def test_constants_stay_exactly(frame, params, over, under):
+    """Sums are of differences to the pixel's own value, so not even the last bit moves."""
+    gbuffer, (weight, _, _) = frame
+    signals = np.full_like(weight, over), np.full_like(weight, under), np.zeros_like(gbuffer.position)
+    shadowed, filtered, *_ = fused(gbuffer, signals, params)
+    assert (shadowed == np.float32(over)).all() and (filtered == np.float32(under)).all()
+
+
+@given(frames(extent=2.0, brightest=4.0), parameters(), st.integers(0, 2**32 - 1))
+@settings(max_examples=60, deadline=None)
+def test_background_is_an_island(frame, params, seed):
+    """Of the filters that know background: what it holds stays there, and no surface takes any of it."""
+    gbuffer, signals = frame
+    params = params.replace(filter="atrous_plane" if params.filter == "atrous_plane" else "atrous_variance")
+    rng = np.random.default_rng(seed)
+    background = (rng.random(gbuffer.depth.shape) < 0.5)[..., None]
+    gbuffer = dataclasses.replace(gbuffer, depth=np.where(background[..., 0], np.float32(0), gbuffer.depth + 1))
+    before = fused(gbuffer, signals, params)
+    for signal, after in zip(signals[:2], before[:2], strict=True):
+        assert np.array_equal(np.where(background, signal, 0), np.where(background, after, 0))
+    changed = [np.where(background, rng.random(s.shape, dtype=np.float32) * 4, s) for s in signals]
+    for one, other in zip(before, fused(gbuffer, changed, params), strict=True):
+        assert np.array_equal(np.where(background, 0, one), np.where(background, 0, other))
+
+
+@given(frames(extent=2.0, brightest=4.0), st.sampled_from(FILTERS), st.integers(0, 2**32 - 1))
+@settings(max_examples=60, deadline=None)
+def test_without_a_tolerance_values_stop_nothing(frame, name, seed):
+    """Only geometry weighs the taps: what happens to one signal does not depend on the other."""
+    gbuffer, (shadowed, weight, area) = frame
+    params = Params(filter=name, sigma_shadow="none", sigma_deviation="none")
+    other = np.random.default_rng(seed).random(shadowed.shape, dtype=np.float32)
+    first, second = fused(gbuffer, (shadowed, weight, area), params), fused(gbuffer, (other, weight, area), params)
+    assert np.array_equal(first[1], second[1])

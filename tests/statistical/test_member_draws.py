@@ -47,7 +47,7 @@ def member_counts(params: Params, lights: Lights, rows: list[int], copies: int) 
 @pytest.mark.parametrize("level", [1, 2, 3])
 def test_members_are_drawn_by_weight_times_luminance(construction: str, level: int) -> None:
     """Level 1 draws input lights; gathered levels draw a level-1 light, then one of its own."""
-    params = Params(construction=construction, levels=3, shadow_samples=4)
+    params = Params(construction=construction, levels=3, shadow_samples=4, member_candidates=1)
     h = build_hierarchy(LIGHTS, params)
     rows = np.linspace(h.offset[level], h.offset[level + 1] - 1, 6).astype(int).tolist()
     counts, share = member_counts(params, LIGHTS, sorted(set(rows)), 2000)
@@ -64,7 +64,7 @@ def test_members_are_drawn_by_weight_times_luminance(construction: str, level: i
 def few(copies: int, **changes: int) -> tuple[Any, Any]:
     """(copies, 4) draws among the four input lights of one grid light, and their (4,) probabilities."""
     lights = wall_lights(8, 4, oriented=0.0)
-    params = Params(levels=1, shadow_samples=4).replace(**changes)
+    params = Params(levels=1, shadow_samples=4, member_candidates=1).replace(**changes)
     found, share = members(params, lights, [len(lights) + 3], copies)
     assert (share > 0.02).sum() >= 2
     return found[:, 0], share[0]
@@ -95,7 +95,7 @@ def test_members_of_neighbours_are_independent() -> None:
 
 def test_members_of_one_light_and_of_a_single_cell() -> None:
     """An input light is its own member; a grid light made of one light always draws it."""
-    params = Params(levels=1, shadow_samples=4)
+    params = Params(levels=1, shadow_samples=4, member_candidates=1)
     lights = Lights(np.float32([[0, 1, 0]]), np.float32([[1, 1, 1]]))
     h = build_hierarchy(lights, params)
     counts, _ = member_counts(params, lights, list(range(len(h.position))), 50)
@@ -108,7 +108,7 @@ def test_weak_lights_are_drawn_as_rarely_as_they_should() -> None:
     position = rng.uniform(0.9, 1.1, (50, 3)).astype(np.float32)
     flux = np.full((50, 3), 1.0, np.float32)
     flux[7] = 49.0
-    params = Params(levels=1, shadow_samples=16)
+    params = Params(levels=1, shadow_samples=16, member_candidates=1)
     lights = Lights(position, flux)
     h = build_hierarchy(lights, params)
     rows = list(range(50, len(h.position)))

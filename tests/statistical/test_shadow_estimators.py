@@ -71,7 +71,7 @@ def expectations(t: Trials, params: Params) -> Expected:
 @cache
 def observed(**settings: Any) -> tuple[Trials, Params]:
     params = Params(**COMMON | settings)
-    return draw(LIGHTS, params, copies=1500, frames=3, trace=True), params
+    return draw(LIGHTS, params, copies=1500, frames=4, trace=True), params
 
 
 CASES: dict[str, dict[str, Any]] = {
@@ -153,14 +153,32 @@ def test_reservoir_and_race_agree() -> None:
     assert not accept(z_test(a.shadowed[..., 0], other.shadowed[..., 0].mean(axis=0)))
 
 
+@pytest.mark.parametrize("candidates", [1, 3, 8])
 @pytest.mark.parametrize(("samples", "settings"), [(1, {}), (16, {}), (16, {"picker": "race"})])
-def test_samples_add_up_like_independent_ones(samples: int, settings: dict[str, Any]) -> None:
-    """The variance of a mean of k samples is that of one, over k: the samples are not copies of each other."""
-    t, params = observed(shadow_samples=samples, **settings)
+def test_samples_add_up_like_independent_ones(samples: int, settings: dict[str, Any], candidates: int) -> None:
+    """The variance of a mean of k samples is that of one, over k: the samples are not copies of each other.
+
+    Of m candidates one is taken in proportion to omega, and stands for their mean: of a grid light the expected square
+    is then (E[omega^2 V] + (m - 1) E[omega] E[omega V]) / m, which is less.
+    """
+    t, params = observed(shadow_samples=samples, member_candidates=candidates, **settings)
     wanted = expectations(t, params)
-    square = np.einsum("pm,mn,pmn,pn->p", wanted.pick, wanted.share, wanted.omega**2, wanted.visible)
+    omega, m = wanted.omega, candidates
+    own = np.einsum("mn,pmn,pn->pm", wanted.share, omega**2, wanted.visible)
+    crossed = np.einsum("mn,pmn->pm", wanted.share, omega)
+    crossed *= np.einsum("mn,pmn,pn->pm", wanted.share, omega, wanted.visible)
+    square = np.einsum("pm,pm->p", wanted.pick, (own + (m - 1) * crossed) / m)
     variance = (square - wanted.s() ** 2) / samples
     assert np.allclose(t.shadowed[..., 0].var(axis=0), variance, rtol=0.15)
+
+
+def test_candidates_change_noise_and_not_the_mean() -> None:
+    """E[S] and E[U] are those of a single draw; a choice in proportion to anything but omega would shift S."""
+    t, params = observed(member_candidates=8, omega_max="none")
+    wanted = expectations(t, params)
+    assert accept(z_test(t.weight[..., 0], wanted.u(), rounding=2e-4))
+    assert accept(z_test(t.shadowed[..., 0], wanted.s(), rounding=2e-4))
+    assert not accept(z_test(t.shadowed[..., 0], wanted.u() * wanted.mean_visible()))
 
 
 def raised_cosine(rng: np.random.Generator, shape: tuple[int, ...]) -> Array:

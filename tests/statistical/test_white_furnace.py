@@ -82,7 +82,7 @@ def test_white_furnace(bounces: int, pixel: str) -> None:
     direct, indirect = layers(bounces, pixel)
     assert agrees(direct, EMISSION + series(1))
     assert agrees(indirect, series(bounces + 1) - series(1))
-    # What the same statistics tell apart: one bounce less or more, 1 % too much, an albedo too many.
+    # What the same statistics tell apart: one bounce less or more, and 1 % too much.
     assert not agrees(indirect, series(bounces) - series(1))
     assert not agrees(indirect, series(bounces + 2) - series(1))
     assert not agrees(indirect, 1.01 * (series(bounces + 1) - series(1)))

@@ -14,159 +14,20 @@ from lab.errors import LabError
 from lab.params import Params
 from lab.records import FilteredShadows, GBuffer, ShadowSamples
 
+from ..oracle.filters import oracle
+from .filter_cases import SIGNALS, assert_alike, flat_floor, fused, gbuffer_of, kornia, noisy_case, shadows_of
+
 Filter = Callable[[GBuffer, ShadowSamples, Params, float], FilteredShadows]
-LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 SIZES = [(1, 1), (2, 3), (5, 7), (16, 16), (50, 37)]
-FILTERS = ["atrous", "atrous_plane", "bilateral"]
-WIDE = {"sigma_shadow": "none", "sigma_normal": "none", "sigma_position": "none", "sigma_plane": "none"}
-TIGHT = {"sigma_shadow": 0.2, "sigma_normal": 0.15, "sigma_position": 0.01, "sigma_plane": 0.5}
-
-
-def fused(gbuffer, shadows, params, scene_radius):
-    return FilteredShadows(
-        *_core.filter_shadows(gbuffer, shadows.shadowed, shadows.weight, shadows.area, params.to_core(), scene_radius)
-    )
-
-
-def kornia(gbuffer, shadows, params, scene_radius):
-    pytest.importorskip("kornia")
-    return filters.filter_shadows(gbuffer, shadows, params, scene_radius)
+FILTERS = ["atrous_variance", "atrous", "atrous_plane", "bilateral"]
+OFF = {"sigma_shadow": "none", "sigma_deviation": "none"}  # differences of the ratio stop nothing
+WIDE = {**OFF, "sigma_normal": "none", "sigma_position": "none", "sigma_plane": "none"}
+TIGHT = {"sigma_shadow": 0.2, "sigma_deviation": 0.5, "sigma_normal": 0.15, "sigma_position": 0.01, "sigma_plane": 0.5}
 
 
 @pytest.fixture(params=[fused, kornia], ids=["fused", "kornia"])
 def filter_shadows(request) -> Filter:
     return request.param
-
-
-def pixels(values):
-    return np.ascontiguousarray(values, dtype=np.float32)
-
-
-def gbuffer_of(position, normal, depth, pixel_angle=0.01) -> GBuffer:
-    position, normal = pixels(position), pixels(normal)
-    nothing = np.zeros_like(position)
-    return GBuffer(position, normal, normal, nothing, nothing, pixels(depth), pixel_angle)
-
-
-def shadows_of(shadowed, weight, area=None) -> ShadowSamples:
-    height, width = shadowed.shape[:2]
-    none = np.zeros((height, width, 0))
-    area = np.zeros((height, width, 3)) if area is None else area
-    return ShadowSamples(
-        point=pixels(np.zeros((height, width, 0, 3))),
-        member=none.astype(np.int32),
-        omega=pixels(none),
-        visible=none.astype(np.uint8),
-        shadowed=pixels(shadowed),
-        weight=pixels(weight),
-        direct=pixels(np.zeros((height, width, 3))),
-        area=pixels(area),
-    )
-
-
-def flat_floor(height, width) -> GBuffer:
-    """A floor seen from above, one unit a pixel wide: no guide of position or normal stops much."""
-    y, x = np.mgrid[:height, :width]
-    position = np.stack([x, np.zeros_like(x), y], axis=2) / 100
-    return gbuffer_of(position, np.broadcast_to([0.0, 1.0, 0.0], position.shape), np.ones((height, width)))
-
-
-def noisy_case(height, width, channels, seed=0):
-    """Rough surfaces in a 0.1 box with a fifth of background, and pixels without any picked light."""
-    rng = np.random.default_rng([seed, height, width, channels])
-    hit = rng.random((height, width, 1)) > 0.2
-    normal = rng.normal(size=(height, width, 3)) + np.array([0, 0, 3])
-    normal /= np.linalg.norm(normal, axis=2, keepdims=True)
-    gbuffer = gbuffer_of(
-        rng.random((height, width, 3)) * 0.1 * hit,
-        normal * hit,
-        (1 + rng.random((height, width, 1)))[..., 0] * hit[..., 0],
-        0.05,
-    )
-    weight = rng.random((height, width, channels)) * 2 * (rng.random((height, width, 1)) < 0.8) * hit
-    shadowed = weight * (rng.random((height, width, channels)) < 0.5)
-    return gbuffer, shadows_of(shadowed, weight, rng.exponential(size=(height, width, 3)) * hit)
-
-
-# --- the oracle: every tap of every pixel by an explicit index, in float64 ------------------------------------------
-
-
-def tap_table(length, step, radius):
-    """(length, 2 radius + 1): the pixels read by each pixel's taps; np.pad does the reflection of each sub-image."""
-    table = np.empty((length, 2 * radius + 1), int)
-    for residue in range(min(step, length)):
-        members = np.arange(residue, length, step)
-        mode = "reflect" if len(members) > 1 else "edge"
-        padded = np.pad(members, radius, mode=mode)
-        for i, pixel in enumerate(members):
-            table[pixel] = padded[i : i + 2 * radius + 1]
-    return table
-
-
-def one_over(sigma):
-    return 0.0 if sigma == "none" else 1 / sigma
-
-
-def oracle_pass(gbuffer, params, scene_radius, numerator, denominator, value, step):
-    kind = params.filter
-    radius, sigma = (8, 4.0) if kind == "bilateral" else (2, 1.0)
-    b3 = {-2: 1, -1: 4, 0: 6, 1: 4, 2: 1}
-    height, width = value.shape
-    rows, columns = tap_table(height, step, radius), tap_table(width, step, radius)
-    position, normal = gbuffer.position.astype(float), gbuffer.normal.astype(float)
-    hit = gbuffer.depth > 0
-    sums = [np.zeros_like(numerator), np.zeros_like(denominator)]
-    weights = np.zeros((height, width))
-    for dy in range(-radius, radius + 1):
-        for dx in range(-radius, radius + 1):
-            q = np.ix_(rows[:, dy + radius], columns[:, dx + radius])
-            difference = (value[q] - value) * one_over(params.sigma_shadow)
-            turned = np.linalg.norm(normal[q] - normal, axis=2) * one_over(params.sigma_normal)
-            moved = position[q] - position
-            if kind == "atrous_plane":
-                space = b3[dy] * b3[dx] / 256
-                footprint = np.where(hit, gbuffer.depth.astype(float) * gbuffer.pixel_angle, 1)
-                off = np.sum(normal * moved, axis=2) / (footprint * step) * one_over(params.sigma_plane)
-            else:
-                space = math.exp(-(dx * dx + dy * dy) / (2 * sigma**2))
-                off = np.linalg.norm(moved, axis=2) / scene_radius * one_over(params.sigma_position)
-            weight = space * np.exp(-0.5 * (difference**2 + turned**2 + off**2))
-            if kind == "atrous_plane" and (dx, dy) != (0, 0):
-                weight = weight * hit * hit[q]
-            weights += weight
-            sums[0] += weight[..., None] * numerator[q]
-            sums[1] += weight[..., None] * denominator[q]
-    return sums[0] / weights[..., None], sums[1] / weights[..., None]
-
-
-def oracle_signal(gbuffer, params, scene_radius, numerator, denominator, mean=0.0):
-    for step in (1,) if params.filter == "bilateral" else (1, 2, 4, 8, 16):
-        ratio = np.divide(numerator, denominator, out=np.zeros_like(numerator), where=denominator > 0)
-        value = ratio @ LUMINANCE if ratio.shape[2] == 3 else ratio[..., 0]
-        if mean:
-            value = value / (value + mean)
-        numerator, denominator = oracle_pass(gbuffer, params, scene_radius, numerator, denominator, value, step)
-    return numerator, denominator
-
-
-def oracle(gbuffer, shadows, params, scene_radius):
-    shadowed, weight = oracle_signal(
-        gbuffer, params, scene_radius, shadows.shadowed.astype(float), shadows.weight.astype(float)
-    )
-    hit = (gbuffer.depth > 0)[..., None]
-    area = shadows.area.astype(float)
-    if area.any():
-        mean = (area @ LUMINANCE)[hit[..., 0]].mean()
-        over, under = oracle_signal(gbuffer, params, scene_radius, area, np.repeat(hit, 3, axis=2).astype(float), mean)
-        area = np.divide(over, under, out=np.zeros_like(area), where=hit)
-    return FilteredShadows(shadowed, weight, area)
-
-
-def assert_alike(result, expected, atol=1e-5):
-    for name in ("shadowed", "weight", "area"):
-        array = getattr(result, name)
-        assert array.dtype == np.float32 and array.flags.c_contiguous
-        np.testing.assert_allclose(array, getattr(expected, name), rtol=0, atol=atol, err_msg=name)
 
 
 @pytest.mark.parametrize("channels", [1, 3])
@@ -178,7 +39,7 @@ def test_equals_float64(filter_shadows, name, size, channels):
     assert_alike(filter_shadows(gbuffer, shadows, params, 2.0), oracle(gbuffer, shadows, params, 2.0))
 
 
-@pytest.mark.parametrize("sigmas", [TIGHT, WIDE, {**TIGHT, "sigma_shadow": "none"}], ids=["tight", "wide", "mixed"])
+@pytest.mark.parametrize("sigmas", [TIGHT, WIDE, {**TIGHT, **OFF}], ids=["tight", "wide", "mixed"])
 @pytest.mark.parametrize("name", FILTERS)
 def test_equals_float64_for_other_sigmas(filter_shadows, name, sigmas):
     gbuffer, shadows = noisy_case(23, 40, 1, seed=1)
@@ -200,7 +61,7 @@ def test_edge_stopping_weight_is_a_gaussian_of_the_distance():
     for distance in np.linspace(0.0, 9.0, 181):
         gbuffer = gbuffer_of([[[0, 0, 0], [distance, 0, 0]]], np.zeros((1, 2, 3)), np.ones((1, 2)))
         shadows = shadows_of(np.array([[[0.0], [1.0]]]), np.ones((1, 2, 1)))
-        params = Params(sigma_shadow="none", sigma_normal="none", sigma_position=1.0)
+        params = Params(filter="atrous", sigma_shadow="none", sigma_normal="none", sigma_position=1.0)
         result = fused(gbuffer, shadows, params, 1.0).shadowed[0, 0, 0]
         other = taps[1::2].sum() * math.exp(-0.5 * np.float32(distance) ** 2)
         assert result == pytest.approx(other / (taps[::2].sum() + other), rel=2e-6)
@@ -289,7 +150,7 @@ def test_edges_of_the_geometry_stop_the_filter(filter_shadows, name):
 def test_noise_goes_and_the_mean_stays(filter_shadows, name):
     rng = np.random.default_rng(8)
     noisy = shadows_of((rng.random((64, 64, 1)) < 0.4) * 1.0, np.ones((64, 64, 1)))
-    params = Params(filter=name, sigma_shadow="none", sigma_position=1.0)
+    params = Params(filter=name, **OFF, sigma_position=1.0)
     ratio = filter_shadows(flat_floor(64, 64), noisy, params, 1.0).shadowed
     assert ratio.std() < 0.15 * noisy.shadowed.std()
     assert ratio.mean() == pytest.approx(noisy.shadowed.mean(), abs=0.02)
@@ -298,7 +159,7 @@ def test_noise_goes_and_the_mean_stays(filter_shadows, name):
 def test_none_passes_through(filter_shadows):
     gbuffer, shadows = noisy_case(6, 9, 3, seed=9)
     result = filter_shadows(gbuffer, shadows, Params(filter="none"), 1.0)
-    for name in ("shadowed", "weight", "area"):
+    for name in SIGNALS:
         np.testing.assert_array_equal(getattr(result, name), getattr(shadows, name))
         assert not np.shares_memory(getattr(result, name), getattr(shadows, name))
 
@@ -321,7 +182,7 @@ def test_any_number_of_threads_gives_the_same_bits(name):
     finally:
         _core.set_threads(2)
     for other in results[1:]:
-        for signal in ("shadowed", "weight", "area"):
+        for signal in SIGNALS:
             np.testing.assert_array_equal(getattr(other, signal), getattr(results[0], signal))
 
 

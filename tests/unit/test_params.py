@@ -26,16 +26,17 @@ DEFAULTS = {
     "gather_range": "inclusive", "carry_moments": True, "centre_weight": "flux", "lobe": "moments", "receiver": "hard",
     "alpha": 1, "first_level": 0, "falloff": "clamped", "clamp_distance": 0.01, "shadow_samples": 4,
     "first_shadow_level": 0, "importance": True, "picker": "reservoir", "shadow_points": "members",
-    "deviation_scale": 0.5, "shadow_estimator": "ratio", "omega_max": 2, "interleave": 1, "deal_all": False,
-    "filter": "atrous", "filter_backend": "fused", "direct_samples": 4, "seed": 0, "frame": 0, "compensation": "none",
-    "compensation_samples": 4,
+    "deviation_scale": 0.5, "shadow_estimator": "ratio", "omega_max": 4, "member_candidates": 3, "interleave": 1, "deal_all": False,
+    "filter": "atrous_variance", "filter_backend": "fused", "direct_samples": 4, "seed": 0, "frame": 0,
+    "compensation": "none", "compensation_samples": 4, "member_candidates": 1,
 }  # fmt: skip
 
 
 def test_defaults_are_the_documented_ones():
     values = Params().to_dict()
     assert {name: values[name] for name in DEFAULTS} == DEFAULTS
-    assert set(values) - set(DEFAULTS) == {"sigma_shadow", "sigma_normal", "sigma_position", "sigma_plane"}
+    sigmas = {f"sigma_{guide}" for guide in ("deviation", "shadow", "normal", "position", "plane")}
+    assert set(values) - set(DEFAULTS) == sigmas
 
 
 def test_every_setting_explains_itself():
@@ -54,7 +55,8 @@ def test_every_setting_explains_itself():
     ("omega_max", "none", "none"), ("omega_max", "0.5", 0.5), ("sigma_normal", "none", "none"),
     ("interleave", "8", 8), ("first_level", "1", 1), ("clamp_distance", "0", 0.0), ("shadow_samples", "0", 0),
     ("lobe", "mean_energy", "mean_energy"), ("filter", "none", "none"), ("seed", str(2**32 - 1), 2**32 - 1),
-    ("bounds_scale", "1", 1.0), ("deviation_scale", "2", 2.0),
+    ("bounds_scale", "1", 1.0), ("deviation_scale", "2", 2.0), ("sigma_deviation", "none", "none"),
+    ("sigma_deviation", "1e30", 1e30), ("filter", "atrous", "atrous"), ("compensation", "path", "path"),
 ])  # fmt: skip
 def test_what_is_read(name, text, value):
     read = getattr(Params().replace(**{name: text}), name)
@@ -69,7 +71,8 @@ def test_what_is_read(name, text, value):
     "first_level": [2, -1, 0.5], "first_shadow_level": [-1, 13], "filter": ["magic", "", "Atrous", 1],
     "lobe": ["means", None], "importance": ["yes", "1", 1, 0, "maybe"], "omega_max": [0, -1, "inf", "nan", "off"],
     "deviation_scale": [-0.1, 2.1], "seed": [-1, 2**32], "frame": [2**32, 0.5], "sigma_shadow": [0, -1, "nan"],
-    "construction": ["scattered"], "picker": [True], "direct_samples": [65],
+    "construction": ["scattered"], "picker": [True], "direct_samples": [65], "compensation": ["paths", True],
+    "compensation_samples": [0, 65, 1.5], "sigma_deviation": [0, -1, "nan", "inf", "off"],
 }.items())  # fmt: skip
 def test_what_is_refused(name, values):
     for value in values:
@@ -85,7 +88,8 @@ def test_what_is_refused(name, values):
     ("interleave", "1 | 2 | 4 | 8"),
     ("importance", "true or false"),
     ("omega_max", "a number > 0 | none"),
-    ("filter", "atrous | atrous_plane | bilateral | none"),
+    ("filter", "atrous_variance | atrous | atrous_plane | bilateral | none"),
+    ("sigma_deviation", "a number > 0 | none"),
     ("clamp_distance", "a number from 0 to 1000000"),
 ])  # fmt: skip
 def test_allowed_values_in_words(name, allowed):
@@ -126,7 +130,7 @@ def test_settings_survive_json(name):
 
 PAPER = {
     "lobe": "mean", "first_level": 1, "first_shadow_level": 2, "shadow_points": "jitter", "shadow_estimator": "average",
-    "deal_all": True,
+    "deal_all": True, "filter": "atrous",
 }  # fmt: skip
 DEMO = PAPER | {
     "bounds_scale": 1.1, "levels": "demo", "gather_range": "half_open", "carry_moments": False,
@@ -153,8 +157,9 @@ def test_the_core_gets_numbers_for_words():
     core = Params().to_core()
     assert core["levels"] == 0 and isinstance(core["levels"], int)
     assert Params(levels="demo").to_core()["levels"] == -1 and Params(levels=7).to_core()["levels"] == 7
-    assert Params(omega_max="none").to_core()["omega_max"] == math.inf and core["omega_max"] == 2.0
-    assert Params(sigma_plane="none").to_core()["sigma_plane"] == math.inf
+    assert Params(omega_max="none").to_core()["omega_max"] == math.inf and core["omega_max"] == 4.0
+    for guide in ("plane", "deviation"):
+        assert Params(**{f"sigma_{guide}": "none"}).to_core()[f"sigma_{guide}"] == math.inf
     assert set(core) == set(SETTINGS)
     assert core["lobe"] == "moments" and core["importance"] is True
     words = {name for name, setting in SETTINGS.items() if setting.words}

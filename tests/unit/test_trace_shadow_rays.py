@@ -70,7 +70,8 @@ def room_with_hole() -> Scene:
 
 @cache
 def shot(**settings: Any) -> Shot:
-    scene, params = room_with_hole(), Params(**settings)
+    # One candidate: omega is the stored member's own.
+    scene, params = room_with_hole(), Params(**{"member_candidates": 1} | settings)
     engine = CpuEngine(scene)
     assert scene.light_list is not None
     hierarchy = engine.build_hierarchy(scene.light_list, params)

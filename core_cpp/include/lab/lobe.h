@@ -10,10 +10,11 @@
 
 namespace lab {
 
+inline constexpr float isotropic_emission = 0.25f;  // of a light without a normal, 1 / (4 pi) over 1 / pi
+
 // Every kind of lobe in one form: max(0, mean.w + sqrt(w^T moment w)) + constant.
 //   moments:      max(0,x) = (x + |x|) / 2 gives (m.w + k sqrt(w^T M w)) / 2: exact for one normal and for
-//   two
-//                 opposite ones; k = 1 - 0.201 (1 - tr M^2) makes the power right for isotropic normals.
+//                 two opposite ones; k = 1 - 0.201 (1 - tr M^2) makes the power right for isotropic normals.
 //   mean_energy:  max(0, m.w) + (1 - |m|) / 4, the first moment with its power kept.
 //   mean:         max(0, m.w), the authors' demo.
 // A light made only of lights without normals is isotropic, 1/4, in each. Where all normals agree each is the
@@ -31,7 +32,7 @@ inline EmissionLobe make_lobe(Lobe kind, const glm::vec3& m, const Symmetric& M,
     EmissionLobe lobe{glm::vec3(0.0f), {0, 0, 0, 0, 0, 0}, 0.0f};
     const float spread = M.xx + M.yy + M.zz - glm::dot(m, m);  // E|n|^2 - |E n|^2
     if (!oriented) {
-        lobe.constant = 0.25f;
+        lobe.constant = isotropic_emission;
     } else if (spread <= 1e-6f) {
         lobe.mean = m;
     } else if (kind == Lobe::moments) {
