@@ -64,10 +64,17 @@ def filter_shadows(gbuffer: GBuffer, shadows: ShadowSamples, params: Params, sce
         signal = tensor(np.concatenate([shadows.shadowed, shadows.weight], axis=2))
         filtered = pixels(run(signal, channels, 0.0))
         area = _filter_light(gbuffer, shadows.area, run)
-        left_out = None if shadows.left_out is None else _filter_light(gbuffer, shadows.left_out, run)
+        left_out = shadows.left_out
+        if left_out is not None:
+            left_out = _filter_light(gbuffer, left_out, _run_of(gbuffer, by_geometry_alone(params), scene_radius))
     return FilteredShadows(
         np.ascontiguousarray(filtered[..., :channels]), np.ascontiguousarray(filtered[..., channels:]), area, left_out
     )
+
+
+def by_geometry_alone(params: Params) -> Params:
+    """For what the clamp leaves out: few short paths find it, and a guide by its own value would throw them away."""
+    return params.replace(sigma_shadow="none", sigma_deviation="none")
 
 
 def per_sigma(sigma: float | str, unit: float = 1.0) -> float:

@@ -36,7 +36,9 @@ def filter_by_variance(signal: Tensor, numerators: int, scale: float, tolerance:
     variance = by_sub_images(_variance, 1, _values(signal, numerators, scale), geometry)
     for step in STEPS:
         moments = torch.cat([_values(signal, numerators, scale), variance.double()], dim=1)
-        guides = by_sub_images(partial(_guide, tolerance), 1, moments, geometry)
+        # The values as measured are too noisy to guide the first pass: it looks at their mean over 3 x 3 pixels.
+        radius = 1 if step == STEPS[0] else 0
+        guides = by_sub_images(partial(_guide, tolerance, radius), 1, moments, geometry)
         both = by_sub_images(_pass, step, torch.cat([signal, variance], 1), torch.cat([guides, geometry], 1))
         signal, variance = both[:, :-1], both[:, -1:]
     return signal
@@ -96,13 +98,13 @@ def _variance(values: Tensor, geometry: Tensor) -> Tensor:
     return torch.where(u > 0, variance, torch.zeros_like(variance)).float()
 
 
-def _guide(tolerance: float, moments: Tensor, geometry: Tensor) -> Tensor:
-    """(n, 2, h, w): the value, smoothed over 3 x 3 like pixels, and one over the deviation tolerated around it."""
+def _guide(tolerance: float, radius: int, moments: Tensor, geometry: Tensor) -> Tensor:
+    """(n, 2, h, w): the mean value of like pixels `radius` around, and one over the deviation tolerated there."""
     import torch
 
     total = torch.zeros_like(moments[CENTRE][:, :1])
     sums = torch.zeros_like(moments[CENTRE])
-    for q, _, _, apart in _geometric(geometry, 1):
+    for q, _, _, apart in _geometric(geometry, radius):
         weight = _likeness(apart)
         total += weight
         sums += weight * moments[q]

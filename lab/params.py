@@ -196,7 +196,7 @@ class Params:
         "ratio", "average", "ratio_rgb", "corrected", section="LY19 3.3",
     )  # fmt: skip
     omega_max: float | str = _field(
-        4.0, "cap of a member's weight omega", float, low=0, open_low=True, words={"none": math.inf}, section="LY19 3.3"
+        8.0, "cap of a member's weight omega", float, low=0, open_low=True, words={"none": math.inf}, section="LY19 3.3"
     )
     member_candidates: int = _field(
         3, "members compared for each shadow ray; it goes to one in proportion to their omegas (1: no choice)", int,

@@ -109,18 +109,17 @@ class GridLevel:
 class Members:
     """What each grid light of level >= 1 is made of: weighted lists, drawn from for shadow points.
 
-    Row i (= merged index - number of input lights) holds entries ``offset[i]:offset[i + 1]``. An entry names an S0
-    light, or an S1 light whose own row is then drawn from (gather goes through S1).
+    Row i (= merged index - number of input lights) is the alias table ``slot[offset[i]:offset[i + 1]]``: one of its
+    slots is taken evenly, and gives its own light in ``keep`` of 2^32 cases, else its other one. These are merged
+    indices of S0 lights, or of S1 lights whose own row is then drawn from (gather goes through S1). A row's first
+    columns name all members, once each.
 
     Attributes:
-        offset: (m - n + 1,) int64.    light: uint32 merged indices.
-        cumulative: uint32, the share of the row's weight up to and with this entry, in units of 2^-32
-            (the last entry: 2^32 - 1).
+        offset: (m - n + 1,) int64.    slot: (e, 3) uint32, own light, other light, keep.
     """
 
     offset: NDArray[np.int64]
-    light: NDArray[np.uint32]
-    cumulative: NDArray[np.uint32]
+    slot: NDArray[np.uint32]
 
 
 @dataclass(frozen=True)

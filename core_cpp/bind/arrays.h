@@ -51,6 +51,11 @@ struct Element<Symmetric> {
     static constexpr py::ssize_t columns = 6;
 };
 template <>
+struct Element<AliasSlot> {
+    using Scalar = std::uint32_t;
+    static constexpr py::ssize_t columns = 3;
+};
+template <>
 struct Element<Vertex> {
     using Scalar = std::uint16_t;
     static constexpr py::ssize_t columns = 3;

@@ -99,8 +99,7 @@ HierarchyView hierarchy_view(const py::handle& h) {
         out.members.offset =
             view<std::int64_t>(members.attr("offset"), "members.offset", lights - out.input_index.size() + 1);
         const auto entries = static_cast<std::size_t>(out.members.offset.back());
-        out.members.light = view<std::uint32_t>(members.attr("light"), "members.light", entries);
-        out.members.cumulative = view<std::uint32_t>(members.attr("cumulative"), "members.cumulative", entries);
+        out.members.slot = view<AliasSlot>(members.attr("slot"), "members.slot", entries);
     }
     return out;
 }

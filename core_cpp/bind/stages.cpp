@@ -47,8 +47,7 @@ py::dict build_hierarchy_(const py::object& lights, const py::dict& params, bool
     d["oriented"] = to_numpy(std::move(h.oriented));
     d["input_index"] = to_numpy(std::move(h.input_index));
     d["member_offset"] = to_numpy(std::move(h.member_offset));
-    d["member_light"] = to_numpy(std::move(h.member));
-    d["member_cumulative"] = to_numpy(std::move(h.member_cumulative));
+    d["member_slot"] = to_numpy(std::move(h.member));
     return d;
 }
 

@@ -81,7 +81,6 @@ void append_level(HierarchyData& out, LevelLights&& level) {
     append(out.vertex, level.vertex);
     append(out.oriented, level.oriented);
     append(out.member, level.member);
-    append(out.member_cumulative, level.cumulative);
     for (const std::uint32_t count : level.member_count) out.member_offset.push_back(out.member_offset.back() + count);
     out.offset.push_back(static_cast<std::int64_t>(out.position.size()));
 }

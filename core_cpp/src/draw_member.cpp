@@ -7,33 +7,13 @@
 
 namespace lab {
 
-namespace {
-
-// The first of `count` rising numbers that is above `bits`; the last one where none is. Most lists rise evenly: the
-// search starts where an even one would have it, and so touches little memory.
-std::int64_t entry_above(const std::uint32_t* cumulative, std::int64_t count, std::uint32_t bits) {
-    const auto guess = static_cast<std::int64_t>((std::uint64_t{bits} * static_cast<std::uint64_t>(count)) >> 32);
-    std::int64_t low = 0, high = count - 1;  // between them lies the answer
-    std::int64_t probe = guess, step = 1;
-    if (cumulative[guess] > bits) {
-        for (; probe >= 0 && cumulative[probe] > bits; probe = guess - step, step *= 2) high = probe;
-        low = std::max<std::int64_t>(0, probe + 1);
-    } else {
-        for (; probe < high && cumulative[probe] <= bits; probe = guess + step, step *= 2) low = probe + 1;
-        high = std::min(high, probe);
-    }
-    return std::upper_bound(cumulative + low, cumulative + high, bits) - cumulative;
-}
-
-}  // namespace
-
 std::uint32_t draw_member(const HierarchyView& h, std::uint32_t light, const Random4& random) {
     const auto inputs = static_cast<std::uint32_t>(h.input_index.size());
     std::uint32_t bits = random.x;
     while (light >= inputs) {  // once, or through S1
         const std::size_t row = light - inputs;
         const std::int64_t first = h.members.offset[row], count = h.members.offset[row + 1] - first;
-        light = h.members.light[first + entry_above(h.members.cumulative.data() + first, count, bits)];
+        light = alias_draw(h.members.slot.data() + first, static_cast<std::uint64_t>(count), bits);
         bits = random.y;
     }
     return light;

@@ -83,7 +83,7 @@ class VarianceFilter {
         for (const int step : steps) {
             if (step > 1) take_values();
             reflect(1, {&value_, &variance_, &geometry_});
-            for_rows([&](const Row& row) { make_guide(row); });
+            for_rows([&](const Row& row) { make_guide(row, step == 1 ? 1 : 0); });
             reflect(step, {&signal_, &variance_, &guide_, &geometry_});
             for_rows([&](const Row& row) { pass(row, step, filtered, filtered_variance); });
             std::swap(signal_, filtered);
@@ -98,7 +98,7 @@ class VarianceFilter {
     double per_denominator_ = 1;
     Planes value_;     // luminances of numerator (over `scale`) and denominator, both over the mean denominator
     Planes variance_;  // of a pixel's value
-    Planes guide_;     // value, smoothed a little; log2(e) over the deviation that is tolerated around it
+    Planes guide_;     // value; log2(e) over the deviation that is tolerated around it
 
     template <class Work>
     void for_rows(const Work& work) {
@@ -193,9 +193,10 @@ class VarianceFilter {
             variance[i] = u[i] > 0 ? smaller(scatter[i] * sum[i] / (u[i] * u[i]), largest * largest) : 0.0f;
     }
 
-    void make_guide(const Row& row) {
+    // The values as measured are too noisy to guide the first pass: it looks at their mean over 3 x 3 pixels.
+    void make_guide(const Row& row, int radius) {
         float sum[chunk]{}, s[chunk]{}, u[chunk]{}, v[chunk]{};
-        taps(row, 1, 1, nullptr, nullptr, [&](int y, int shift, const float* weight) {
+        taps(row, radius, 1, nullptr, nullptr, [&](int y, int shift, const float* weight) {
             const float *a = value_.row(0, y) + row.x + shift, *b = value_.row(1, y) + row.x + shift;
             const float* c = variance_.row(0, y) + row.x + shift;
 #pragma omp simd

@@ -78,21 +78,12 @@ void append_light(LevelLights& out, const VertexSums<Number>& flux_sums, const V
     out.weight.push_back(static_cast<float>(Number::value(sums.weight)));
 }
 
-// The member lists of a row's kept vertices: who contributes to each, by weight times luminance, in units of 2^-32.
-void append_members(LevelLights& out, const LevelSource& source, std::vector<std::vector<std::uint32_t>>& member,
+// The member lists of a row's kept vertices: who contributes to each, to be drawn by weight times luminance.
+void append_members(LevelLights& out, AliasBuilder& tables, std::vector<std::vector<std::uint32_t>>& member,
                     std::vector<std::vector<double>>& share, const std::vector<std::uint8_t>& kept) {
     for (std::size_t x = 0; x < member.size(); ++x) {
         if (kept[x]) {
-            double total = std::numeric_limits<double>::min();  // never 0 anyway: a kept vertex has members with flux
-            for (const double s : share[x]) total += s;
-            double sum = 0;
-            for (std::size_t e = 0; e < member[x].size(); ++e) {
-                sum += share[x][e];
-                const double scaled = std::min(sum / total * 0x1p32, 0x1p32 - 1);
-                out.member.push_back(source.first_merged_index + member[x][e]);
-                out.cumulative.push_back(static_cast<std::uint32_t>(scaled));
-            }
-            out.cumulative.back() = 0xffffffffu;
+            tables.append(member[x], share[x], out.member);
             out.member_count.push_back(static_cast<std::uint32_t>(member[x].size()));
         }
         member[x].clear();
@@ -117,6 +108,7 @@ LevelLights build(const LevelSource& source, const Grid& grid, int level, const 
         std::vector<std::vector<std::uint32_t>> member(with_members ? vertices : 0);
         std::vector<std::vector<double>> share(member.size());
         std::vector<std::uint8_t> kept(vertices);
+        AliasBuilder tables;
 #pragma omp for schedule(dynamic)
         for (std::int64_t task = 0; task < tasks; ++task)
             for (std::int64_t r = row_count * task / tasks; r < row_count * (task + 1) / tasks; ++r) {
@@ -127,7 +119,7 @@ LevelLights build(const LevelSource& source, const Grid& grid, int level, const 
                               const SourceLight light = source_light(source, i, inverse_cell, params.carry_moments);
                               sums[x].add(light, w, offset, by_luminance);
                               if (with_members && w > 0) {
-                                  member[x].push_back(i);
+                                  member[x].push_back(source.first_merged_index + i);
                                   share[x].push_back(static_cast<double>(w) * light.luminance);
                               }
                               any = true;
@@ -152,7 +144,7 @@ LevelLights build(const LevelSource& source, const Grid& grid, int level, const 
                         append_light(out, sums[x], weighted ? sums[x] : by_weight[x], v, grid, level,
                                      source.flux_scale);
                     }
-                append_members(out, source, member, share, kept);
+                append_members(out, tables, member, share, kept);
                 std::fill(sums.begin(), sums.end(), VertexSums<Number>{});
                 if (unweighted) std::fill(by_weight.begin(), by_weight.end(), VertexSums<Number>{});
             }
@@ -181,7 +173,6 @@ void LevelLights::append(LevelLights&& other) {
     append_vector(weight, other.weight);
     append_vector(member_count, other.member_count);
     append_vector(member, other.member);
-    append_vector(cumulative, other.cumulative);
 }
 
 LevelLights build_level(const LevelSource& source, const Grid& grid, int level, const Params& params,

@@ -104,7 +104,8 @@ PathSums trace_paths(const Scene& scene, const LightsView& list, const GBufferVi
                 indirect = std::vector<vec3>()](const Block& at) mutable {
             direct.resize(at.pixels());
             indirect.resize(at.pixels());
-            for (std::uint32_t s = samples.first; s < samples.first + samples.count; ++s) {
+            for (std::uint32_t i = 0; i < samples.count; ++i) {
+                const std::uint32_t s = samples.first + i;  // numbers may wrap: they are only names
                 const std::uint32_t key = frame_key(params.seed, s);
                 first.find(at, key, points, direct);
                 std::fill(indirect.begin(), indirect.end(), vec3(0.0f));
@@ -131,7 +132,8 @@ SampleSums trace_compensation(const Scene& scene, const GBufferView& g, const Sa
     for_blocks(g.width, g.height, [&] {
         return [&, walk = PathWalk(scene, lights, params.max_bounces), points = std::vector<PathPoint>(),
                 light = std::vector<vec3>()](const Block& at) mutable {
-            for (std::uint32_t s = samples.first; s < samples.first + samples.count; ++s) {
+            for (std::uint32_t i = 0; i < samples.count; ++i) {
+                const std::uint32_t s = samples.first + i;  // numbers may wrap: they are only names
                 points.clear();
                 light.assign(at.pixels(), vec3(0.0f));
                 at.each([&](int x, int y, std::size_t slot) {

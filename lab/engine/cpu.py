@@ -95,13 +95,14 @@ class CpuEngine:
 
     def filter_shadows(self, gbuffer: GBuffer, shadows: ShadowSamples, params: Params) -> FilteredShadows:
         """The fused C++ kernel, or kornia."""
-        if params.filter_backend == "kornia":
-            from lab import filters
+        from lab import filters
 
+        if params.filter_backend == "kornia":
             return filters.filter_shadows(gbuffer, shadows, params, self.scene_radius)
         settings, left_out = params.to_core(), shadows.left_out
         if left_out is not None:
-            left_out = _core.filter_irradiance(gbuffer, left_out, settings, self.scene_radius)
+            alone = filters.by_geometry_alone(params).to_core()
+            left_out = _core.filter_irradiance(gbuffer, left_out, alone, self.scene_radius)
         return FilteredShadows(
             *_core.filter_shadows(
                 gbuffer, shadows.shadowed, shadows.weight, shadows.area, settings, self.scene_radius
@@ -134,7 +135,7 @@ def build_hierarchy(lights: Lights, params: Params | None = None) -> Hierarchy:
     params = params or Params()
     with_members = params.shadow_samples > 0 and params.shadow_points == "members"
     found = _core.build_hierarchy(lights, params.to_core(), with_members)
-    lists = [found.pop(name) for name in ("member_offset", "member_light", "member_cumulative")]
+    lists = [found.pop(name) for name in ("member_offset", "member_slot")]
     return Hierarchy(**found, members=Members(*lists) if with_members else None)
 
 

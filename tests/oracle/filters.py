@@ -1,4 +1,4 @@
-"""The filters of the shadow ratio in float64: every tap of every pixel by explicit index, from the definitions alone."""
+"""The filters of the shadow ratio in float64: every tap of every pixel by explicit index, by the definitions alone."""
 
 from __future__ import annotations
 
@@ -135,16 +135,21 @@ def variance_of_values(like, over, under):
 def by_variance(gbuffer, params, scene_radius, numerator, denominator, scale=1.0):
     height, width = gbuffer.depth.shape
     tolerance = math.inf if params.sigma_deviation == "none" else params.sigma_deviation
-    near3, near5 = windows(height, width, 1, 1)[:2], windows(height, width, 1, 2)[:2]
-    like3, like5 = (likeness(gbuffer, params, scene_radius, *near) for near in (near3, near5))
-    like3, like5 = (np.where(like > 2.0**-20, like, 0) for like in (like3, like5))  # nothing is known from others
-    variance = variance_of_values(like5, bright(numerator)[near5] / scale, bright(denominator)[near5])
+
+    def surroundings(radius):
+        near = windows(height, width, 1, radius)[:2]
+        like = likeness(gbuffer, params, scene_radius, *near)
+        return near, np.where(like > 2.0**-20, like, 0)  # nothing is known from pixels less alike
+
+    near, like = surroundings(2)
+    variance = variance_of_values(like, bright(numerator)[near] / scale, bright(denominator)[near])
     gauss = {d: math.exp(-d * d / 2) for d in range(-2, 3)}
     for step in STEPS:
-        below = (like3 * bright(denominator)[near3]).sum(axis=0)
-        above = (like3 * bright(numerator)[near3]).sum(axis=0) / scale
+        near, like = surroundings(1 if step == 1 else 0)
+        below = (like * bright(denominator)[near]).sum(axis=0)
+        above = (like * bright(numerator)[near]).sum(axis=0) / scale
         value = np.divide(above, below, out=np.zeros_like(above), where=below > 0)
-        deviation = np.sqrt((like3 * variance[near3]).sum(axis=0) / like3.sum(axis=0))
+        deviation = np.sqrt((like * variance[near]).sum(axis=0) / like.sum(axis=0))
 
         rows, columns, offsets = windows(height, width, step, 2)
         weight = likeness(gbuffer, params, scene_radius, rows, columns)

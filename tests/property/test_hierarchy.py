@@ -131,9 +131,8 @@ def test_member_lists_are_well_formed(lights, params):
     sizes = np.diff(members.offset)
     assert np.all(sizes >= 1)
     for start, end in itertools.pairwise(members.offset.tolist()):
-        assert np.all(np.diff(members.cumulative[start:end].astype(np.int64)) >= 0)
-        assert members.cumulative[end - 1] == 2**32 - 1
-    assert len(members.light) == 0 or members.light.max() < (hierarchy.offset[2] if hierarchy.top > 0 else n)
+        assert set(members.slot[start:end, 1]) <= set(members.slot[start:end, 0])
+    assert len(members.slot) == 0 or members.slot[:, :2].max() < (hierarchy.offset[2] if hierarchy.top > 0 else n)
 
 
 @EXAMPLES

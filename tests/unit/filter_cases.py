@@ -15,7 +15,8 @@ SIGNALS = ("shadowed", "weight", "area", "left_out")
 def fused(gbuffer: GBuffer, shadows: ShadowSamples, params: Params, scene_radius: float) -> FilteredShadows:
     settings, left_out = params.to_core(), shadows.left_out
     if left_out is not None:
-        left_out = _core.filter_irradiance(gbuffer, left_out, settings, scene_radius)
+        alone = params.replace(sigma_shadow="none", sigma_deviation="none").to_core()
+        left_out = _core.filter_irradiance(gbuffer, left_out, alone, scene_radius)
     return FilteredShadows(
         *_core.filter_shadows(gbuffer, shadows.shadowed, shadows.weight, shadows.area, settings, scene_radius), left_out
     )

@@ -33,7 +33,7 @@ def random_records(seed: int, shape: tuple[int, int], channels: int) -> tuple[An
     planes = [some(3), normal.astype(np.float32), normal.astype(np.float32), some(3) / 2, some(3) * (some(1) > 1.5)]
     gbuffer = GBuffer(*(np.where(seen[..., None], p, 0).astype(np.float32) for p in planes), some() * seen, 0.01)
     weight = some(channels) * (rng.random((*shape, 1)) < 0.9)
-    filtered = FilteredShadows(weight * some(channels) / 2, weight.astype(np.float32), some(3))
+    filtered = FilteredShadows(weight * some(channels) / 2, weight.astype(np.float32), some(3), some(3))
     return gbuffer, *records(gbuffer, some(3), some(3)), filtered
 
 
@@ -64,8 +64,11 @@ def shadow_ratio(shadowed: Any, weight: Any) -> Any:
 @pytest.mark.parametrize("channels", [1, 3])
 @pytest.mark.parametrize("samples", [0, 4])
 @pytest.mark.parametrize("shape", [(1, 1), (9, 14), (16, 7)])
-def test_layers_add_up(shape: tuple[int, int], samples: int, channels: int) -> None:
+@pytest.mark.parametrize("compensated", [False, True])
+def test_layers_add_up(shape: tuple[int, int], samples: int, channels: int, compensated: bool) -> None:
     g, lighting, shadows, filtered = random_records(4, shape, channels)
+    if not compensated:
+        filtered = dataclasses.replace(filtered, left_out=None)
     params = Params(shadow_samples=samples, shadow_estimator="ratio_rgb" if channels == 3 else "ratio")
     image: Image = ENGINE.composite(g, lighting, shadows, filtered, params)
     seen = g.depth > 0
@@ -74,7 +77,7 @@ def test_layers_add_up(shape: tuple[int, int], samples: int, channels: int) -> N
     albedo = g.albedo / np.pi
     wanted = {
         "unshadowed": lighting.irradiance,
-        "indirect": lighting.irradiance * ratio * albedo,
+        "indirect": (lighting.irradiance * ratio + (filtered.left_out if compensated else 0)) * albedo,
         "direct": g.emission + (shadows.direct + filtered.area) * albedo,
     }
     wanted["colour"] = wanted["direct"] + wanted["indirect"]
@@ -93,6 +96,28 @@ def test_the_unfiltered_area_light_is_not_shown() -> None:
     one = ENGINE.composite(g, lighting, shadows, filtered, Params())
     other = ENGINE.composite(g, lighting, noisy, filtered, Params())
     assert np.array_equal(one.colour, other.colour)
+
+
+@pytest.mark.parametrize("n", [1, 4])
+def test_what_the_clamp_left_out_comes_back_unshadowed(n: int) -> None:
+    """Short paths know their own visibility: no ratio is laid over them, and no interleaving spreads them."""
+    g, lighting, shadows, filtered = random_records(4, (12, 16), 1)
+    dark = dataclasses.replace(filtered, shadowed=np.zeros_like(filtered.shadowed))
+    image = ENGINE.composite(g, lighting, shadows, dark, Params(interleave=n))
+    seen = g.depth > 0
+    assert not image.shadow_ratio.any()
+    np.testing.assert_allclose(image.indirect[seen], (filtered.left_out * g.albedo / np.pi)[seen], rtol=1e-6)
+    without = ENGINE.composite(g, lighting, shadows, dataclasses.replace(dark, left_out=None), Params(interleave=n))
+    assert not without.indirect.any()
+    for name in ("unshadowed", "direct", "shadow_ratio"):
+        assert np.array_equal(getattr(image, name), getattr(without, name)), name
+
+
+def test_the_unfiltered_short_paths_are_not_shown() -> None:
+    g, lighting, shadows, filtered = random_records(4, (8, 8), 1)
+    noisy = dataclasses.replace(shadows, left_out=np.full((8, 8, 3), 100, np.float32))
+    one, other = (ENGINE.composite(g, lighting, s, filtered, Params()) for s in (shadows, noisy))
+    assert np.array_equal(one.indirect, other.indirect)
 
 
 def test_no_weight_never_means_full_light() -> None:

@@ -1,4 +1,4 @@
-"""The variance-guided filter: what it is for, and what it shares with no other filter; test_filter_shadows has the rest."""
+"""The variance-guided filter: what it is for, and what no other filter has; the rest is in test_filter_shadows."""
 
 from __future__ import annotations
 
@@ -36,8 +36,8 @@ def visibility(truth, seed):
 @pytest.mark.parametrize("dark", [0.0, 0.05])
 @pytest.mark.parametrize("seed", range(3))
 def test_what_is_dark_stays_dark_next_to_what_is_bright(dark, seed):
-    """The edge of a shadow on one wall, k = 4. Measured over 8 pictures: the dark side's relMSE is 19 to 28 times lower
-    than with `atrous`, the bright side's 14 to 20 times, and noise far from the edge goes down by 38 to 63."""
+    """The edge of a shadow on one wall, k = 4. Measured over 8 pictures: the dark side's relMSE is 30 to 51 times lower
+    than with `atrous`, the bright side's 19 to 31 times, and noise far from the edge goes down by 33 to 50."""
     size, edge = 128, 64
     truth = np.where(np.arange(size)[None, :, None] < edge, dark, 0.5) * np.ones((size, size, 1))
     noisy = visibility(truth, seed)
@@ -56,22 +56,22 @@ def test_what_is_dark_stays_dark_next_to_what_is_bright(dark, seed):
     assert found["atrous_variance"][flat].mean() == pytest.approx(noisy.shadowed[flat].mean(), rel=0.01)
 
 
-@pytest.mark.parametrize(("truth", "loss"), [(0.02, 0.05), (0.1, 0.02), (0.5, 0.01), (0.9, 0.01)])
+@pytest.mark.parametrize(("truth", "loss"), [(0.02, 0.1), (0.1, 0.03), (0.5, 0.01), (0.9, 0.01)])
 def test_little_light_is_lost_to_the_guide(truth, loss):
-    """Pixels among others without any light trust them too much: at 2 % of the light free, 3.4 % of it goes."""
+    """Pixels among others without any light trust them too much: where 2 % of the rays are free, 7 % of it goes."""
     noisy = visibility(np.full((128, 128, 1), truth), 1)
     found = ratio_of(fused(flat_floor(128, 128), noisy, VARIANCE, 1.0))
     assert found.mean() == pytest.approx(noisy.shadowed.mean(), rel=loss)
 
 
 def test_sparks_are_spread_and_not_kept():
-    """Irradiance that few samples find: smoothed, with most of its energy kept (0.91 here; none would be the bug)."""
+    """Irradiance that few samples find: smoothed, with most of its energy kept (0.87 of it here)."""
     rng = np.random.default_rng(3)
     light = (rng.random((128, 128, 1)) < 0.2) / 0.2 * rng.exponential(size=(128, 128, 1)) * np.ones(3)
     shadows = shadows_of(np.zeros((128, 128, 1)), np.ones((128, 128, 1)), light, light)
     found = fused(flat_floor(128, 128), shadows, VARIANCE, 1.0).left_out
     assert found.std() < light.std() / 10
-    assert 0.85 < found.mean() / light.mean() < 1.02
+    assert 0.8 < found.mean() / light.mean() < 1.02
 
 
 def test_the_oracle_knows_the_variance_of_a_ratio():
@@ -94,12 +94,13 @@ def clean_edge(size):
 
 
 def test_an_edge_without_noise_stays(filter_shadows):
-    """Far from the edge nothing moves at all; at the edge, where the window's variance is that of the edge, little."""
+    """Two pixels of it blur, where the window takes the edge for noise (0.22 at most); from the fourth on next to
+    nothing arrives, where `atrous` is off by 0.4."""
     gbuffer, shadows = clean_edge(64)
     found = filter_shadows(gbuffer, shadows, VARIANCE, 1.0).shadowed
-    away = np.abs(np.arange(64) - 31.5) > 4
-    np.testing.assert_allclose(found[:, away], shadows.shadowed[:, away], atol=1e-5)
-    assert np.abs(found - shadows.shadowed).max() < 0.6
+    off = np.abs(found - shadows.shadowed)
+    assert off.max() < 0.3
+    assert off[:, np.abs(np.arange(64) - 31.5) > 3].max() < 0.01
 
 
 @pytest.mark.parametrize("tolerance", ["none", 1e9, 1e38])
@@ -169,7 +170,7 @@ def test_strength_of_the_light_does_not_matter(filter_shadows, strength):
 
 
 def test_bright_values_nearly_alike(filter_shadows):
-    """A lamp's pool a thousand times the mean, with a noise of one part in a thousand: float32 squares would drown it."""
+    """A lamp's pool at a thousand times the rest, with noise of a thousandth: squares in float32 would drown it."""
     rng = np.random.default_rng(8)
     light = rng.uniform(0.9, 1.1, (40, 60, 3))
     light[10:14, 10:16] *= 1000 * rng.uniform(0.999, 1.001, (4, 6, 1)) / light[10:14, 10:16]

@@ -11,7 +11,6 @@ from lab.params import Params
 from ..oracle import cases
 from ..oracle.pure import luminance
 
-LAST = 2**32 - 1
 SETTINGS = {
     "gather": {},
     "scatter": {"construction": "scatter"},
@@ -48,8 +47,11 @@ def expected(hierarchy, level, settings):
 
 
 def row(members, i):
-    entries = slice(int(members.offset[i]), int(members.offset[i + 1]))
-    return members.light[entries].astype(int), members.cumulative[entries].astype(np.float64)
+    """The members of a row, and the share of each that its alias table amounts to."""
+    own, other, keep = members.slot[int(members.offset[i]) : int(members.offset[i + 1])].T
+    kept = keep / 2**32
+    share = kept + [(1 - kept)[other == light].sum() for light in own]
+    return own.astype(int), share / len(own)
 
 
 @pytest.mark.parametrize("settings", SETTINGS.values(), ids=SETTINGS)
@@ -62,9 +64,9 @@ def test_shares_are_weight_times_luminance(name, settings):
         want, first = expected(hierarchy, level, settings)
         bright = luminance(hierarchy.levels[level].flux) > 1e-5 * luminance(hierarchy.flux).max()
         for i in np.flatnonzero(bright):
-            light, cumulative = row(members, int(hierarchy.offset[level]) - n + i)
+            light, drawn = row(members, int(hierarchy.offset[level]) - n + i)
             share = np.zeros(want.shape[1])
-            np.add.at(share, light - first, np.diff(np.append(0, cumulative)) / 2**32)
+            np.add.at(share, light - first, drawn)
             np.testing.assert_allclose(share, want[i], atol=2e-4)
             assert np.abs(share - want[i]).sum() < 1e-2
             compared += 1
@@ -77,10 +79,10 @@ def test_rows_are_well_formed(lights, settings):
     hierarchy = build(lights(), **settings)
     n, s1, members = len(hierarchy.input_index), int(hierarchy.offset[2]), hierarchy.members
     assert len(members.offset) == len(hierarchy.position) - n + 1 and members.offset[0] == 0
-    assert members.offset[-1] == len(members.light) == len(members.cumulative)
+    assert members.offset[-1] == len(members.slot)
     for i in range(len(members.offset) - 1):
-        light, cumulative = row(members, i)
-        assert len(light) >= 1 and np.all(np.diff(cumulative) >= 0) and cumulative[-1] == LAST
+        light, share = row(members, i)
+        assert len(light) >= 1 and (share >= 0).all() and share.sum() == pytest.approx(1, abs=1e-9)
         through_s1 = i + n >= s1 and settings.get("construction") != "scatter"
         low, high = (n, s1) if through_s1 else (0, n)
         assert low <= light.min() and light.max() < high, "members come from S0, or from S1 for gathered lights"
@@ -88,17 +90,15 @@ def test_rows_are_well_formed(lights, settings):
 
 
 def test_black_lights_are_never_drawn():
-    """An entry without a share of its own is never drawn: bits under an entry's cumulative and not under the last's."""
+    """A member without light has no share: not of its own slot, and nobody's other light."""
     hierarchy = build(cases.with_black())
     black = ~np.any(hierarchy.flux > 0, axis=1)
     n = len(hierarchy.input_index)
     drawn = 0.0
     for i in range(int(hierarchy.offset[2]) - n):
-        light, cumulative = row(hierarchy.members, i)
-        share = np.diff(np.append(0, cumulative))
-        drawn += share[black[light]][:-1].sum()
-        assert not (black[light[-1]] and share[-1] > 64), "the last entry takes the rounding, no more"
-    assert drawn == 0
+        light, share = row(hierarchy.members, i)
+        drawn += share[black[light]].sum()
+    assert black.any() and drawn == 0
 
 
 @pytest.mark.parametrize("settings, there", [

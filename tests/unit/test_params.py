@@ -26,9 +26,9 @@ DEFAULTS = {
     "gather_range": "inclusive", "carry_moments": True, "centre_weight": "flux", "lobe": "moments", "receiver": "hard",
     "alpha": 1, "first_level": 0, "falloff": "clamped", "clamp_distance": 0.01, "shadow_samples": 4,
     "first_shadow_level": 0, "importance": True, "picker": "reservoir", "shadow_points": "members",
-    "deviation_scale": 0.5, "shadow_estimator": "ratio", "omega_max": 4, "member_candidates": 3, "interleave": 1, "deal_all": False,
+    "deviation_scale": 0.5, "shadow_estimator": "ratio", "omega_max": 8, "member_candidates": 3, "interleave": 1,
     "filter": "atrous_variance", "filter_backend": "fused", "direct_samples": 4, "seed": 0, "frame": 0,
-    "compensation": "none", "compensation_samples": 4, "member_candidates": 1,
+    "compensation": "none", "compensation_samples": 4, "deal_all": False,
 }  # fmt: skip
 
 
@@ -157,7 +157,7 @@ def test_the_core_gets_numbers_for_words():
     core = Params().to_core()
     assert core["levels"] == 0 and isinstance(core["levels"], int)
     assert Params(levels="demo").to_core()["levels"] == -1 and Params(levels=7).to_core()["levels"] == 7
-    assert Params(omega_max="none").to_core()["omega_max"] == math.inf and core["omega_max"] == 4.0
+    assert Params(omega_max="none").to_core()["omega_max"] == math.inf and core["omega_max"] == 8.0
     for guide in ("plane", "deviation"):
         assert Params(**{f"sigma_{guide}": "none"}).to_core()[f"sigma_{guide}"] == math.inf
     assert set(core) == set(SETTINGS)

@@ -83,7 +83,8 @@ def shot(**settings: Any) -> Shot:
 
 VARIANTS: dict[str, dict[str, Any]] = {
     "ours": {},
-    "scatter": {"construction": "scatter", "shadow_samples": 3},
+    "a low cap": {"omega_max": 2.0},
+    "scatter": {"construction": "scatter", "shadow_samples": 3, "omega_max": 2.0},
     "coarse only": {"first_shadow_level": 2, "levels": 3},
     "first_level 1": {"first_level": 1, "alpha": 2.0},
     "mean_energy": {"lobe": "mean_energy", "omega_max": 0.7},
@@ -176,7 +177,7 @@ def test_omega_is_the_members_cosines_over_the_grid_lights(name: str) -> None:
     assert (omega[member != s.picks] <= np.float32(cap)).all()
     drawn = sure & (member != s.picks)
     assert (omega[drawn] == 0).any() and ((omega[drawn] > 0) & (omega[drawn] < 0.99 * cap)).any()
-    if np.isfinite(cap):
+    if cap < 8:  # few members go beyond
         assert (omega[drawn] > 0.999 * cap).any(), "the cap is never reached: a test of nothing"
 
 

@@ -1,6 +1,7 @@
 // Stage build_hierarchy: the lighting grid hierarchy of a set of lights (LY19 3.1).
 #pragma once
 
+#include "lab/alias_table.h"
 #include "lab/params.h"
 #include "lab/records.h"
 
@@ -18,7 +19,7 @@ struct HierarchyData {
     std::vector<std::uint8_t> oriented;
     std::vector<std::uint32_t> input_index;
     std::vector<std::int64_t> member_offset;  // empty without members
-    std::vector<std::uint32_t> member, member_cumulative;
+    std::vector<AliasSlot> member;
 };
 
 HierarchyData build_hierarchy(const LightsView& lights, const Params& params, bool with_members);

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "lab/alias_table.h"
 #include "lab/grid.h"
 #include "lab/params.h"
 #include "lab/records.h"
@@ -34,7 +35,8 @@ struct LevelLights {
     std::vector<Vertex> vertex;
     std::vector<std::uint8_t> oriented;
     std::vector<float> weight;
-    std::vector<std::uint32_t> member_count, member, cumulative;
+    std::vector<std::uint32_t> member_count;
+    std::vector<AliasSlot> member;
 
     std::size_t size() const { return position.size(); }
     void append(LevelLights&& other);

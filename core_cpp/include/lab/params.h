@@ -78,7 +78,7 @@ inline constexpr float no_bound = std::numeric_limits<float>::infinity();  // "n
     X(ShadowPoints, shadow_points, ShadowPoints::members)        \
     X(float, deviation_scale, 0.5f)                              \
     X(ShadowEstimator, shadow_estimator, ShadowEstimator::ratio) \
-    X(float, omega_max, 4.0f)                                    \
+    X(float, omega_max, 8.0f)                                    \
     X(int, member_candidates, 3)                                 \
     X(int, interleave, 1)                                        \
     X(bool, deal_all, false)                                     \

@@ -7,6 +7,8 @@
 #include <span>
 #include <vector>
 
+#include "lab/alias_table.h"
+
 namespace lab {
 
 using glm::vec3;
@@ -26,7 +28,7 @@ struct LightsView {
 
 struct MembersView {
     std::span<const std::int64_t> offset;
-    std::span<const std::uint32_t> light, cumulative;
+    std::span<const AliasSlot> slot;
 };
 
 struct HierarchyView {
