@@ -58,7 +58,8 @@ DirectCandidate NextEvent::choose(const LitPoint& at, const PathVertex& v) const
     for (std::uint32_t i = 0; i < count; ++i) {
         const Source* source = &sources_[std::min(i, all - 1)];
         if (!few) {
-            const double u = random4(v.path, v.bounce * most_candidates + i, Stream::light_candidate, v.key).x * 0x1p-32;
+            const double u =
+                random4(v.path, v.bounce * most_candidates + i, Stream::light_candidate, v.key).x * 0x1p-32;
             const auto found = std::upper_bound(sources_.begin(), sources_.end(), u,
                                                 [](double x, const Source& s) { return x < s.cumulative; });
             source = &*std::min(found, sources_.end() - 1);

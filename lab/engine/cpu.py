@@ -52,7 +52,7 @@ class CpuEngine:
         return _core.trace_compensation(self._core_scene, gbuffer, first, count, params.to_core())
 
     def brute_force(
-        self, lights: Lights, gbuffer: GBuffer, rows: tuple[int, int], draws: int, pass_number: int, params: Params
+        self, lights: Lights, gbuffer: GBuffer, rows: tuple[int, int], params: Params, *, draws: int, pass_number: int
     ) -> dict[str, Any]:
         """Irradiance of rows first..last-1 from all `lights`, shadowed by `draws` rays a pixel (0: a ray to each).
 
@@ -104,9 +104,7 @@ class CpuEngine:
             alone = filters.by_geometry_alone(params).to_core()
             left_out = _core.filter_irradiance(gbuffer, left_out, alone, self.scene_radius)
         return FilteredShadows(
-            *_core.filter_shadows(
-                gbuffer, shadows.shadowed, shadows.weight, shadows.area, settings, self.scene_radius
-            ),
+            *_core.filter_shadows(gbuffer, shadows.shadowed, shadows.weight, shadows.area, settings, self.scene_radius),
             left_out,
         )
 

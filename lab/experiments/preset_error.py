@@ -53,7 +53,7 @@ def preset_errors(scene: Scene, size: tuple[int, int], vpls: int, alphas: tuple[
             lit = engine.light(engine.build_hierarchy(lights, params), gbuffer, params).irradiance[seen]
             yield PresetError("unshadowed", name, alpha, rel_mse(lit, exact), energy_ratio(lit, exact))
     # 0 draws: a ray to every light.
-    everything_shadowed = engine.brute_force(lights, gbuffer, (0, size[1]), 0, 0, plain)
+    everything_shadowed = engine.brute_force(lights, gbuffer, (0, size[1]), plain, draws=0, pass_number=0)
     truth = everything_shadowed["irradiance"][seen]
     for name in PRESETS:
         for alpha in alphas:

@@ -108,7 +108,7 @@ class BruteForce:
         first = s["rows"]
         last = min(height, first + max(1, math.floor(1 / a_row)))
         band = self._engine.brute_force(
-            self._lights, self._gbuffer, (first, last), s["draws"], s["passes"], self._params
+            self._lights, self._gbuffer, (first, last), self._params, draws=s["draws"], pass_number=s["passes"]
         )
         # Rows from s["rows"] on don't count yet.
         s["band_irradiance"][first:last], s["band_variance"][first:last] = band["irradiance"], band["variance"]

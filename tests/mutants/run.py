@@ -75,12 +75,13 @@ class Copy:
         return subprocess.CompletedProcess(command, process.returncode, output, errors)
 
     def configure(self) -> None:
-        import pybind11
-
+        found = self._run(sys.executable, "-m", "pybind11", "--cmakedir")
+        if found.returncode:
+            raise BrokenError(f"pybind11 is not installed beside this Python:\n{found.stderr[-1000:]}")
         done = self._run(
             tool("cmake"), "-S", "core_cpp", "-B", "build", "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release",
             f"-DCMAKE_MAKE_PROGRAM={tool('ninja')}", f"-DPython_EXECUTABLE={sys.executable}",
-            f"-Dpybind11_DIR={pybind11.get_cmake_dir()}", f"-DCMAKE_LIBRARY_OUTPUT_DIRECTORY={self.top / 'lab'}",
+            f"-Dpybind11_DIR={found.stdout.strip()}", f"-DCMAKE_LIBRARY_OUTPUT_DIRECTORY={self.top / 'lab'}",
         )  # fmt: skip
         if done.returncode:
             raise BrokenError(f"cmake failed:\n{done.stderr[-3000:]}")

@@ -19,7 +19,7 @@ def oracle(gbuffer: GBuffer, shadows: ShadowSamples, params: Params, scene_radiu
     shadowed, weight = run(gbuffer, params, scene_radius, shadows.shadowed.astype(float), shadows.weight.astype(float))
     hit = (gbuffer.depth > 0)[..., None]
 
-    def light(noisy):
+    def light(noisy, params=params):
         noisy = noisy.astype(float)
         if not noisy.any():
             return noisy
@@ -27,7 +27,9 @@ def oracle(gbuffer: GBuffer, shadows: ShadowSamples, params: Params, scene_radiu
         over, under = run(gbuffer, params, scene_radius, noisy, np.repeat(hit, 3, axis=2).astype(float), mean)
         return np.divide(over, under, out=np.zeros_like(noisy), where=hit)
 
-    left_out = None if shadows.left_out is None else light(shadows.left_out)
+    left_out = shadows.left_out
+    if left_out is not None:  # found by few short paths: guided by geometry alone
+        left_out = light(left_out, params.replace(sigma_shadow="none", sigma_deviation="none"))
     return FilteredShadows(shadowed, weight, light(shadows.area), left_out)
 
 

@@ -36,7 +36,7 @@ def gbuffer() -> GBuffer:
 
 
 def summed(lights: Lights, draws: int, pass_number: int = 0, engine: CpuEngine = ROOM, **settings: Any) -> Any:
-    return engine.brute_force(lights, gbuffer(), (0, SIZE[1]), draws, pass_number, Params(**settings))
+    return engine.brute_force(lights, gbuffer(), (0, SIZE[1]), Params(**settings), draws=draws, pass_number=pass_number)
 
 
 FALLOFFS = [("clamped", 0.0), ("clamped", 0.01), ("clamped", 0.5), ("softened", 0.01), ("softened", 0.5)]
@@ -222,7 +222,10 @@ def test_passes_are_weighted_by_their_draws() -> None:
             estimator.step(target - estimator.samples, None)
     found = estimator.reference()
     lights, g = in_morton_order(LIGHTS), ROOM.render_gbuffer(CAMERA, SIZE)
-    parts = [ROOM.brute_force(lights, g, (0, SIZE[1]), draws, i, Params()) for i, draws in enumerate((32, 96))]
+    parts = [
+        ROOM.brute_force(lights, g, (0, SIZE[1]), Params(), draws=draws, pass_number=i)
+        for i, draws in enumerate((32, 96))
+    ]
     mean = (32 * parts[0]["irradiance"] + 96 * parts[1]["irradiance"]) / 128
     variance = (32**2 * parts[0]["variance"] + 96**2 * parts[1]["variance"]) / 128**2
     np.testing.assert_allclose(found.indirect, mean * g.albedo / np.pi, rtol=1e-6)

@@ -26,7 +26,8 @@ struct ShadowSignal {
 ShadowSignal filter_shadows(const GBufferView& gbuffer, const ShadowSignalView& signal, const Params& params,
                             float scene_radius);
 
-// Filters noisy irradiance (H, W), guided by itself and by the surfaces: what area lights send, what the clamp leaves out.
+// Filters noisy irradiance (H, W), guided by itself and by the surfaces: what area lights send, what the clamp leaves
+// out.
 std::vector<vec3> filter_irradiance(const GBufferView& gbuffer, std::span<const vec3> irradiance, const Params& params,
                                     float scene_radius);
 
