@@ -32,5 +32,5 @@ lint: ## only the checks: ruff, mypy, clang-format, repository rules
 	$(BIN)/python -m pytest tests/repo
 
 clean: ## remove what was built, rendered and installed
-	rm -rf .venv build out .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf .venv build out .lab-evidence .pytest_cache .mypy_cache .ruff_cache .hypothesis
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
