@@ -91,11 +91,11 @@ class Stop:
     def __init__(self, monkeypatch: pytest.MonkeyPatch, method: str, at: int, after: bool) -> None:
         original, self.calls = getattr(CpuEngine, method), 0
 
-        def wrapped(*arguments: Any) -> Any:
+        def wrapped(*arguments: Any, **named: Any) -> Any:
             self.calls += 1
             if self.calls == at and not after:
                 raise KeyboardInterrupt
-            found = original(*arguments)
+            found = original(*arguments, **named)
             if self.calls == at:
                 raise KeyboardInterrupt
             return found
