@@ -59,12 +59,16 @@ def check_writable(path: Path) -> None:
         raise LabError(f"{path}: can't be written ({folder}: {reason}); choose another place with -o") from error
 
 
-def check_no_input(outputs: Iterable[Path], inputs: Iterable[Path]) -> None:
-    """Raises :class:`LabError` where writing one of `outputs` would overwrite one of `inputs`."""
+def check_no_input(
+    outputs: Iterable[Path],
+    inputs: Iterable[Path],
+    reason: str = "a file that the scene is read from; choose another name with -o",
+) -> None:
+    """Raises :class:`LabError` where writing one of `outputs` would overwrite one of `inputs`: it "is `reason`"."""
     for output in outputs:
         for source in inputs:
             if output.exists() and source.exists() and output.samefile(source):
-                raise LabError(f"{output} is a file that the scene is read from; choose another name with -o")
+                raise LabError(f"{output} is {reason}")
 
 
 def write_all(writers: dict[Path, Writer]) -> None:

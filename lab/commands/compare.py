@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from lab.commands.render import write_text
 from lab.comparison import Layer, Record, measure, read_layers, read_region
 from lab.errors import LabError
-from lab.outputs import Writer, check_writable, write_all
+from lab.outputs import Writer, check_no_input, check_writable, write_all
 
 PICTURES = ("side_by_side.png", "error.png", "flip.png")
 JSON = "comparison.json"
@@ -39,11 +39,12 @@ def _folder(output: str, inputs: list[str]) -> Path:
     folder = Path(output)
     if not output:
         raise LabError("-o: expected the name of a folder, for example -o out/comparison")
-    for path in (folder / name for name in (*PICTURES, JSON)):
+    paths = [folder / name for name in (*PICTURES, JSON)]
+    for path in paths:
         check_writable(path)
-        for source in inputs:
-            if path.exists() and Path(source).exists() and path.samefile(source):
-                raise LabError(f"{path} is one of the images to compare; choose another folder with -o")
+    check_no_input(
+        paths, [Path(image) for image in inputs], "one of the images to compare; choose another folder with -o"
+    )
     return folder
 
 

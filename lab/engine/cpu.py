@@ -95,13 +95,15 @@ class CpuEngine:
 
     def filter_shadows(self, gbuffer: GBuffer, shadows: ShadowSamples, params: Params) -> FilteredShadows:
         """The fused C++ kernel, or kornia."""
-        from lab import filters
-
         if params.filter_backend == "kornia":
+            from lab import filters
+
             return filters.filter_shadows(gbuffer, shadows, params, self.scene_radius)
         settings, left_out = params.to_core(), shadows.left_out
         if left_out is not None:
-            alone = filters.by_geometry_alone(params).to_core()
+            from lab.filters import by_geometry_alone
+
+            alone = by_geometry_alone(params).to_core()
             left_out = _core.filter_irradiance(gbuffer, left_out, alone, self.scene_radius)
         return FilteredShadows(
             *_core.filter_shadows(gbuffer, shadows.shadowed, shadows.weight, shadows.area, settings, self.scene_radius),

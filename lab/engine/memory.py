@@ -30,9 +30,6 @@ def available_bytes() -> int | None:
 
 def check_memory(lights: int, size: tuple[int, int], params: Params) -> None:
     """Raises :class:`LabError` where so many lights and `size` = (width, height) pixels need more than there is."""
-    available = available_bytes()
-    if available is None:
-        return
     per_pixel = _BYTES_PER_PIXEL + _BYTES_PER_SHADOW_SAMPLE * params.shadow_samples
     needs = {
         f"{lights:,} lights (fewer: --set vpls=...)": lights * _BYTES_PER_LIGHT,
@@ -40,9 +37,15 @@ def check_memory(lights: int, size: tuple[int, int], params: Params) -> None:
             size[0] * size[1] * per_pixel
         ),
     }
-    if sum(needs.values()) > available:
+    refuse_unless_it_fits("frame", needs)
+
+
+def refuse_unless_it_fits(work: str, needs: dict[str, int]) -> None:
+    """Raises :class:`LabError` where the bytes that this `work` needs, by what needs them, are more than there are."""
+    available = available_bytes()
+    if available is not None and sum(needs.values()) > available:
         what, most = max(needs.items(), key=lambda item: item[1])
         raise LabError(
-            f"this frame needs about {sum(needs.values()) / 1e9:.0f} GB of memory, {available / 1e9:.0f} GB are free; "
+            f"this {work} needs about {sum(needs.values()) / 1e9:.0f} GB of memory, {available / 1e9:.0f} GB are free; "
             f"{most / 1e9:.0f} GB of it for {what}"
         )

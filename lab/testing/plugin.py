@@ -33,7 +33,7 @@ from lab.testing.request import DEFAULT_SIZE, MARKER, Wish, find_scene, read_siz
 
 if TYPE_CHECKING:
     from lab.engine.cpu import CpuEngine
-    from lab.scene.scene import Scene
+    from lab.scene.scene import Camera, Scene
     from lab.testing.workbench import Referee, Renderer, Workbench
 
 _EVIDENCE = ".lab-evidence"
@@ -164,27 +164,29 @@ def lab_engine(lab_scene: Scene, _lab_workbench: Workbench) -> CpuEngine:
 
 
 @pytest.fixture
-def lab_render(lab_scene: Scene, lab_engine: CpuEngine, _lab_wish: Wish) -> Renderer:
-    """Renders `lab_scene` to a Frame; Params(...), single settings (alpha=2), camera= and size= may be given."""
-    from lab.testing.workbench import Renderer, camera_of
+def _lab_camera(lab_scene: Scene, _lab_wish: Wish) -> Camera:
+    from lab.testing.workbench import camera_of
 
     try:
-        camera = camera_of(lab_scene, _lab_wish.camera or "")
+        return camera_of(lab_scene, _lab_wish.camera or "")
     except LabError as error:
         pytest.fail(str(error), pytrace=False)
-    return Renderer(lab_scene, lab_engine, camera, _lab_wish.size or DEFAULT_SIZE)
 
 
 @pytest.fixture
-def lab_reference(lab_scene: Scene, lab_engine: CpuEngine, _lab_wish: Wish) -> Referee:
-    """References of `lab_scene`, kept on disk: by "brute_force" (with frame.params) or "path_tracer" (with spp=256)."""
-    from lab.testing.workbench import Referee, camera_of
+def lab_render(lab_scene: Scene, lab_engine: CpuEngine, _lab_camera: Camera, _lab_wish: Wish) -> Renderer:
+    """Renders `lab_scene` to a Frame; Params(...), single settings (alpha=2), camera= and size= may be given."""
+    from lab.testing.workbench import Renderer
 
-    try:
-        camera = camera_of(lab_scene, _lab_wish.camera or "")
-    except LabError as error:
-        pytest.fail(str(error), pytrace=False)
-    return Referee(lab_scene, lab_engine, camera, _lab_wish.size or DEFAULT_SIZE)
+    return Renderer(lab_scene, lab_engine, _lab_camera, _lab_wish.size or DEFAULT_SIZE)
+
+
+@pytest.fixture
+def lab_reference(lab_scene: Scene, lab_engine: CpuEngine, _lab_camera: Camera, _lab_wish: Wish) -> Referee:
+    """References of `lab_scene`, kept on disk: by "brute_force" (with frame.params) or "path_tracer" (with spp=256)."""
+    from lab.testing.workbench import Referee
+
+    return Referee(lab_scene, lab_engine, _lab_camera, _lab_wish.size or DEFAULT_SIZE)
 
 
 @pytest.fixture

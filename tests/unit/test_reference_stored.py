@@ -260,10 +260,10 @@ def test_refusals() -> None:
 
 
 def test_too_little_memory(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("lab.reference.memory.available_bytes", lambda: 30_000)
+    monkeypatch.setattr("lab.engine.memory.available_bytes", lambda: 30_000)
     with pytest.raises(LabError, match=r"10x6 pixels"):
         refer()
     with pytest.raises(LabError, match=r"100,000 lights"):
         refer(method="brute_force")
-    monkeypatch.setattr("lab.reference.memory.available_bytes", lambda: None)
+    monkeypatch.setattr("lab.engine.memory.available_bytes", lambda: None)
     assert refer().samples == 16

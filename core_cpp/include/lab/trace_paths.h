@@ -1,7 +1,6 @@
 // The path tracer: what every pixel should look like, with no virtual lights in between.
 #pragma once
 
-#include <array>
 #include <optional>
 
 #include "lab/camera.h"
