@@ -41,8 +41,8 @@ for candidate in "${PYTHON:-}" python3 python3.11 python3.12 python3.13; do
 done
 
 # --- system packages -----------------------------------------------------------------------------
-# Embree and GLM build the core; the rest is what open3d's own library links to.
-packages=(libembree-dev libglm-dev libgomp1 libx11-6 libgl1 libegl1 libudev1 libusb-1.0-0 libidn2-0)
+# Embree, GLM and Highway build the core; the rest is what open3d's own library links to.
+packages=(libembree-dev libglm-dev libhwy-dev libgomp1 libx11-6 libgl1 libegl1 libudev1 libusb-1.0-0 libidn2-0)
 command -v c++ >/dev/null || packages+=(g++)
 if [ -z "$python" ]; then
     packages+=(python3 python3-venv python3-dev)
@@ -71,12 +71,13 @@ if command -v dpkg-query >/dev/null && command -v apt-get >/dev/null; then
     fi
 else
     headers=$(find /usr/include /usr/local/include /opt/homebrew/include -maxdepth 2 \
-        \( -path '*/embree[34]/rtcore.h' -o -path '*/glm/glm.hpp' \) 2>/dev/null | wc -l)
-    if [ "$headers" -lt 2 ]; then
-        die "this is no Debian or Ubuntu, and Embree or GLM was not found. Install them, then try again:
-  Fedora:      dnf install gcc-c++ python3-devel embree-devel glm-devel libglvnd-egl libglvnd-glx libX11 libusb1
-  Arch Linux:  pacman -S gcc python embree glm libglvnd libx11 libusb
-  macOS:       brew install python embree glm libomp"
+        \( -path '*/embree[34]/rtcore.h' -o -path '*/glm/glm.hpp' -o \
+        -path '*/hwy/highway.h' \) 2>/dev/null | wc -l)
+    if [ "$headers" -lt 3 ]; then
+        die "this is no Debian or Ubuntu, and Embree, GLM or Highway was not found. Install them, then try again:
+  Fedora:      dnf install gcc-c++ python3-devel embree-devel glm-devel highway-devel libglvnd-egl libglvnd-glx libX11 libusb1
+  Arch Linux:  pacman -S gcc python embree glm highway libglvnd libx11 libusb
+  macOS:       brew install python embree glm highway libomp"
     fi
 fi
 if [ -z "$python" ]; then

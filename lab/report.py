@@ -48,7 +48,7 @@ def run_record(frame: Frame, scene: Scene, run: RunInfo, base: Path) -> Record:
         "preset": run.preset,
         "engine": run.engine,
         "scene": _scene_record(scene, frame, run.overrides, base),
-        "machine": machine() | {"threads": threads()},
+        "machine": machine() | core(),
         "version": __version__,
         "stages_ms": {stage: round(frame.stages_ms[stage], 3) for stage in STAGES},
         "total_ms": round(frame.total_ms, 3),
@@ -162,11 +162,12 @@ def machine() -> dict[str, str | int]:
     }
 
 
-def threads() -> int:
-    """Threads the core runs on."""
+def core() -> Record:
+    """What the core runs on: its threads, and the instruction set of its hot loops."""
     from lab import _core
 
-    return int(_core.info()["threads"])
+    info = _core.info()
+    return {"threads": int(info["threads"]), "simd": str(info["simd"])}
 
 
 def to_json(record: Record) -> str:

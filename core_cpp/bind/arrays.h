@@ -103,18 +103,19 @@ inline glm::vec3 vec3_from(const py::handle& object) {
 }
 
 // Hands `values` to numpy without a copy; `shape` counts elements, the numbers of one T become the last axis.
-template <class T>
-py::array to_numpy(std::vector<T>&& values, std::vector<py::ssize_t> shape) {
+template <class T, class Allocator>
+py::array to_numpy(std::vector<T, Allocator>&& values, std::vector<py::ssize_t> shape) {
     using Scalar = typename Element<T>::Scalar;
     if (Element<T>::columns > 1) shape.push_back(Element<T>::columns);
-    auto owner = std::make_unique<std::vector<T>>(std::move(values));
+    using Vector = std::vector<T, Allocator>;
+    auto owner = std::make_unique<Vector>(std::move(values));
     const auto* data = reinterpret_cast<const Scalar*>(owner->data());
-    py::capsule free(owner.release(), [](void* p) { delete static_cast<std::vector<T>*>(p); });
+    py::capsule free(owner.release(), [](void* p) { delete static_cast<Vector*>(p); });
     return py::array_t<Scalar>(std::move(shape), data, free);
 }
 
-template <class T>
-py::array to_numpy(std::vector<T>&& values) {
+template <class T, class Allocator>
+py::array to_numpy(std::vector<T, Allocator>&& values) {
     const auto count = static_cast<py::ssize_t>(values.size());
     return to_numpy(std::move(values), {count});
 }

@@ -4,7 +4,9 @@
 #include <pybind11/stl.h>
 
 #include "bind.h"
+#include "lab/buffer.h"
 #include "lab/ray_tracer.h"
+#include "lab/simd.h"
 #include "lab/trace_vpls.h"
 #include "records.h"
 
@@ -12,25 +14,23 @@ namespace py = pybind11;
 
 namespace {
 
-#if defined(__AVX512F__)
-constexpr const char* simd = "AVX-512";
-#elif defined(__AVX2__)
-constexpr const char* simd = "AVX2";
-#elif defined(__SSE4_2__)
-constexpr const char* simd = "SSE4.2";
-#elif defined(__ARM_NEON)
-constexpr const char* simd = "NEON";
-#else
-constexpr const char* simd = "baseline";
-#endif
-
 py::dict info() {
     py::dict d;
     d["embree"] = lab::RayTracer::version();
     d["compiler"] = __VERSION__;
-    d["simd"] = simd;
+    d["simd"] = lab::simd();
+    d["simd_choices"] = lab::simd_choices();
     d["openmp"] = _OPENMP;
     d["threads"] = omp_get_max_threads();
+    return d;
+}
+
+py::dict buffer_bytes() {
+    const lab::pool::Usage usage = lab::pool::usage();
+    py::dict d;
+    d["in_use"] = usage.in_use;
+    d["kept"] = usage.kept;
+    d["most_in_use"] = usage.most_in_use;
     return d;
 }
 
@@ -40,6 +40,11 @@ PYBIND11_MODULE(_core, m) {
     m.doc() = "The C++ core of the many-lights laboratory: the seven stages of a frame on the CPU.";
     py::register_exception<lab::UnlitScene>(m, "UnlitSceneError");
     m.def("set_threads", [](int threads) { omp_set_num_threads(threads); }, py::arg("threads"));
+    m.def("set_simd", &lab::set_simd, py::arg("name"));
+    m.def("keep_buffers", &lab::pool::keep,
+          "Large blocks are kept for the next frame until as many release_buffers().");
+    m.def("release_buffers", &lab::pool::release);
+    m.def("buffer_bytes", &buffer_bytes);
     m.def("info", &info);
     m.def("default_params", [] { return lab::bind::params_to_dict(lab::Params{}); });
     m.def("choices", &lab::bind::choices, "The words of each choice setting, as the core knows them.");

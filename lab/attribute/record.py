@@ -12,7 +12,7 @@ from lab.attribute.budget import ErrorBudget, FrameScore, Side
 from lab.attribute.score import Score
 from lab.metrics import PIXELS_PER_DEGREE
 from lab.params import PRESETS
-from lab.report import camera_record, light_counts, machine, threads
+from lab.report import camera_record, core, light_counts, machine
 
 Record = dict[str, Any]
 
@@ -78,7 +78,7 @@ def to_record(budget: ErrorBudget, preset: str, overrides: dict[str, str]) -> Re
         "presets": [
             {"name": found.name, "settings": dict(PRESETS[found.name]), **_frame(found)} for found in budget.presets
         ],
-        "machine": machine() | {"threads": threads()},
+        "machine": machine() | core(),
         "version": __version__,
         "seconds": round(budget.seconds, 3),
         "notes": [*scene.notes, *budget.notes],

@@ -38,8 +38,10 @@ def core_info() -> dict[str, Any]:
     if find_spec("lab._core") is None:
         return {"core": "not built; run 'make setup'"}
     from lab import _core
+    from lab.engine.simd import use_simd_of_environment
 
-    return dict(_core.info())
+    use_simd_of_environment()
+    return {name: ", ".join(value) if isinstance(value, list) else value for name, value in _core.info().items()}
 
 
 def packages() -> list[tuple[str, str, str]]:

@@ -114,7 +114,7 @@ def _record(loaded: Loaded, request: Request, reference: Reference, pixel: str) 
     """What BASE.json says, but for the exposure."""
     from lab import __version__
     from lab.reference import SETTINGS_THAT_COUNT, cache_folder
-    from lab.report import camera_record, light_counts, machine, threads
+    from lab.report import camera_record, core, light_counts, machine
 
     scene, params = loaded.scene, request.params.to_dict()
     error = reference.relative_error
@@ -140,7 +140,7 @@ def _record(loaded: Loaded, request: Request, reference: Reference, pixel: str) 
             "overrides": request.overrides,
         },
         "cache": str(cache_folder()),
-        "machine": machine() | {"threads": threads()},
+        "machine": machine() | core(),
         "version": __version__,
         "load_ms": round(loaded.run.load_ms, 3),
         "notes": list(scene.notes),

@@ -9,12 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lab import _core
+from lab.engine.simd import use_simd_of_environment
 from lab.errors import LabError
 from lab.params import Params
 from lab.records import FilteredShadows, Floats, GBuffer, Hierarchy, Image, Lighting, Lights, Members, ShadowSamples
 from lab.scene.scene import Camera, Mesh, Scene
 
 Doubles = NDArray[np.float64]
+
+use_simd_of_environment()
 
 
 class CpuEngine:
