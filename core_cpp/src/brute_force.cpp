@@ -1,11 +1,10 @@
 #include "lab/brute_force.h"
 
 #include <algorithm>
-#include <cmath>
-#include <numbers>
+#include <limits>
 
 #include "lab/direct_light.h"
-#include "lab/luminance.h"
+#include "lab/light_arrays.h"
 #include "lab/select.h"
 
 namespace lab {
@@ -13,58 +12,34 @@ namespace {
 
 constexpr std::size_t chunk_lights = 256;
 
-// Lights in structure-of-arrays form. Written apart from the renderer's own evaluation, which it judges.
-struct LightArrays {
-    std::vector<float> px, py, pz, nx, ny, nz, isotropic, bright, red, green, blue;
-    std::size_t count;
-
-    explicit LightArrays(const LightsView& lights) : count(lights.position.size()) {
-        for (auto* a : {&px, &py, &pz, &nx, &ny, &nz, &isotropic, &bright, &red, &green, &blue}) a->resize(count);
-        for (std::size_t i = 0; i < count; ++i) {
-            const vec3 p = lights.position[i], n = lights.normal[i];
-            px[i] = p.x, py[i] = p.y, pz[i] = p.z;
-            nx[i] = n.x, ny[i] = n.y, nz[i] = n.z;
-            isotropic[i] = n == vec3(0.0f) ? 0.25f : 0.0f;
-            bright[i] = luminance(lights.flux[i]);
-            red[i] = lights.flux[i].x, green[i] = lights.flux[i].y, blue[i] = lights.flux[i].z;
-        }
-    }
-
-    // Irradiance per flux from each light at a point, unshadowed.
-    void weigh(const vec3& x, const vec3& n, float clamp2, bool softened, std::vector<float>& weight) const {
-        const float ax = x.x, ay = x.y, az = x.z, bx = n.x, by = n.y, bz = n.z;
-        const float least = softened ? 0.0f : larger(clamp2, std::numeric_limits<float>::min());
-        const float more = softened ? clamp2 : 0.0f;
-        float* out = weight.data();
-#pragma omp simd
-        for (std::size_t i = 0; i < count; ++i) {
-            const float vx = px[i] - ax, vy = py[i] - ay, vz = pz[i] - az;
-            const float d2 = larger(vx * vx + vy * vy + vz * vz, std::numeric_limits<float>::min());
-            const float receiver = larger(0.0f, vx * bx + vy * by + vz * bz);
-            const float emitter = larger(0.0f, -(vx * nx[i] + vy * ny[i] + vz * nz[i]));
-            const float per_distance = 1.0f / std::sqrt(d2);
-            const float cosines = receiver * per_distance * (emitter * per_distance + isotropic[i]);
-            out[i] = cosines / (larger(d2, least) + more) * std::numbers::inv_pi_v<float>;
-        }
-    }
-};
+ArraysFalloff falloff_of(const Params& params, float scene_radius) {
+    const float clamp = params.clamp_distance * scene_radius, clamp2 = clamp * clamp;
+    if (params.falloff == Falloff::softened) return {0.0f, clamp2};
+    return {larger(clamp2, std::numeric_limits<float>::min()), 0.0f};
+}
 
 // One pixel's estimate; keeps its buffers from pixel to pixel.
 class Pixel {
   public:
     Pixel(const Scene& scene, const LightsView& lights, const LightArrays& arrays, const Params& params)
-        : scene_(scene), lights_(lights), arrays_(arrays), params_(params), weight_(arrays.count) {}
+        : scene_(scene),
+          lights_(lights),
+          arrays_(arrays),
+          falloff_(falloff_of(params, scene.radius())),
+          weight_(arrays.count) {}
 
     void evaluate(const LitPoint& at, std::uint32_t pixel, int draws, std::uint32_t key, BruteForceData& out,
                   std::size_t slot) {
-        const float clamp = params_.clamp_distance * scene_.radius();
-        arrays_.weigh(at.position, at.normal, clamp * clamp, params_.falloff == Falloff::softened, weight_);
-        const std::size_t lit = sum_chunks();
+        weigh_lights(arrays_, at.position, at.normal, falloff_, weight_.data());
+        // Over short runs of lights in float, over the runs in double.
+        sum_runs(arrays_, weight_.data(), chunk_lights, chunks_);
+        std::size_t lit = 0;
         double sum = 0;
         glm::dvec3 unshadowed(0);
-        for (const Chunk& c : chunks_) {
+        for (const RunSum& c : chunks_) {
+            lit += static_cast<std::size_t>(c.lit);
             sum += c.bright;
-            unshadowed += c.flux;
+            unshadowed += glm::dvec3(c.red, c.green, c.blue);
         }
         out.unshadowed[slot] = unshadowed;
         rays_.clear();
@@ -96,13 +71,9 @@ class Pixel {
     const Scene& scene_;
     const LightsView& lights_;
     const LightArrays& arrays_;
-    const Params& params_;
-    struct Chunk {
-        double bright;
-        glm::dvec3 flux;
-    };
+    ArraysFalloff falloff_;
     std::vector<float> weight_;
-    std::vector<Chunk> chunks_;
+    std::vector<RunSum> chunks_;
     std::vector<Ray> rays_;
     std::vector<glm::dvec3> value_;
     std::vector<std::uint8_t> free_;
@@ -111,30 +82,6 @@ class Pixel {
     void push(const LitPoint& at, std::size_t i, double scale) {
         rays_.push_back(shadow_ray(scene_, at, lights_.position[i]));
         value_.push_back(scale * double{weight_[i]} * glm::dvec3(lights_.flux[i]));
-    }
-
-    // Sums over short runs of lights in float, over the runs in double; counts the lights that send anything.
-    std::size_t sum_chunks() {
-        std::size_t lit = 0;
-        chunks_.clear();
-        for (std::size_t first = 0; first < arrays_.count; first += chunk_lights) {
-            const std::size_t last = std::min(arrays_.count, first + chunk_lights);
-            const float *w = weight_.data(), *f = arrays_.bright.data();
-            const float *r = arrays_.red.data(), *g = arrays_.green.data(), *b = arrays_.blue.data();
-            float bright = 0, red = 0, green = 0, blue = 0;
-            int count = 0;
-#pragma omp simd reduction(+ : bright, red, green, blue, count)
-            for (std::size_t i = first; i < last; ++i) {
-                bright += w[i] * f[i];
-                red += w[i] * r[i];
-                green += w[i] * g[i];
-                blue += w[i] * b[i];
-                count += w[i] > 0.0f ? 1 : 0;
-            }
-            lit += static_cast<std::size_t>(count);
-            chunks_.push_back({double{bright}, {red, green, blue}});
-        }
-        return lit;
     }
 
     // Two lights in each stratum of the running sum of luminance; values are scaled by 1 / probability.
