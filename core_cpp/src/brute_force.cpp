@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "lab/all_lights.h"
 #include "lab/direct_light.h"
-#include "lab/light_arrays.h"
 #include "lab/select.h"
 
 namespace lab {
@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t chunk_lights = 256;
 
-ArraysFalloff falloff_of(const Params& params, float scene_radius) {
+CommonFalloff falloff_of(const Params& params, float scene_radius) {
     const float clamp = params.clamp_distance * scene_radius, clamp2 = clamp * clamp;
     if (params.falloff == Falloff::softened) return {0.0f, clamp2};
     return {larger(clamp2, std::numeric_limits<float>::min()), 0.0f};
@@ -21,7 +21,7 @@ ArraysFalloff falloff_of(const Params& params, float scene_radius) {
 // One pixel's estimate; keeps its buffers from pixel to pixel.
 class Pixel {
   public:
-    Pixel(const Scene& scene, const LightsView& lights, const LightArrays& arrays, const Params& params)
+    Pixel(const Scene& scene, const LightsView& lights, const AllLights& arrays, const Params& params)
         : scene_(scene),
           lights_(lights),
           arrays_(arrays),
@@ -70,8 +70,8 @@ class Pixel {
   private:
     const Scene& scene_;
     const LightsView& lights_;
-    const LightArrays& arrays_;
-    ArraysFalloff falloff_;
+    const AllLights& arrays_;
+    CommonFalloff falloff_;
     std::vector<float> weight_;
     std::vector<RunSum> chunks_;
     std::vector<Ray> rays_;
@@ -124,7 +124,7 @@ BruteForceData brute_force(const Scene& scene, const LightsView& lights, const G
     const std::size_t pixels = static_cast<std::size_t>(rows.last - rows.first) * g.width;
     BruteForceData out;
     for (auto* plane : {&out.unshadowed, &out.irradiance, &out.variance}) plane->assign(pixels, glm::dvec3(0));
-    const LightArrays arrays(lights);
+    const AllLights arrays(lights);
     const std::uint32_t key = frame_key(params.seed, pass);
     std::int64_t exact = 0;
 #pragma omp parallel reduction(+ : exact)

@@ -8,15 +8,15 @@
 
 namespace lab {
 
-struct LightArrays {
+struct AllLights {
     std::vector<float> px, py, pz, nx, ny, nz, isotropic, bright, red, green, blue;
     std::size_t count;
 
-    explicit LightArrays(const LightsView& lights);
+    explicit AllLights(const LightsView& lights);
 };
 
 // What decides the falloff of every light: see falloff.h.
-struct ArraysFalloff {
+struct CommonFalloff {
     float least, more;  // 1 / (max(d^2, least) + more)
 };
 
@@ -27,9 +27,9 @@ struct RunSum {
 };
 
 // Irradiance per flux from each light at a point x with normal n, unshadowed, to `weight`.
-void weigh_lights(const LightArrays& lights, const vec3& x, const vec3& n, const ArraysFalloff& falloff, float* weight);
+void weigh_lights(const AllLights& lights, const vec3& x, const vec3& n, const CommonFalloff& falloff, float* weight);
 
 // Sums of weight times flux over each run of `run` lights, to `sums`.
-void sum_runs(const LightArrays& lights, const float* weight, std::size_t run, std::vector<RunSum>& sums);
+void sum_runs(const AllLights& lights, const float* weight, std::size_t run, std::vector<RunSum>& sums);
 
 }  // namespace lab

@@ -1,4 +1,4 @@
-#include "lab/light_arrays.h"
+#include "lab/all_lights.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +9,7 @@
 #include "lab/select.h"
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "src/light_arrays.cpp"
+#define HWY_TARGET_INCLUDE "src/all_lights.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
@@ -18,7 +18,7 @@ namespace lab {
 namespace HWY_NAMESPACE {
 namespace {
 
-void weigh(const LightArrays& lights, const vec3& x, const vec3& n, const ArraysFalloff& falloff, float* weight) {
+void weigh(const AllLights& lights, const vec3& x, const vec3& n, const CommonFalloff& falloff, float* weight) {
     const float ax = x.x, ay = x.y, az = x.z, bx = n.x, by = n.y, bz = n.z;
     const float least = falloff.least, more = falloff.more;
     const float *px = lights.px.data(), *py = lights.py.data(), *pz = lights.pz.data();
@@ -36,7 +36,7 @@ void weigh(const LightArrays& lights, const vec3& x, const vec3& n, const Arrays
     }
 }
 
-RunSum sum_run(const LightArrays& lights, const float* w, std::size_t first, std::size_t last) {
+RunSum sum_run(const AllLights& lights, const float* w, std::size_t first, std::size_t last) {
     const float *f = lights.bright.data(), *r = lights.red.data(), *g = lights.green.data(), *b = lights.blue.data();
     float bright = 0, red = 0, green = 0, blue = 0;
     int lit = 0;
@@ -51,7 +51,7 @@ RunSum sum_run(const LightArrays& lights, const float* w, std::size_t first, std
     return {bright, red, green, blue, lit};
 }
 
-void sum_all_runs(const LightArrays& lights, const float* weight, std::size_t run, std::vector<RunSum>& sums) {
+void sum_all_runs(const AllLights& lights, const float* weight, std::size_t run, std::vector<RunSum>& sums) {
     sums.clear();
     for (std::size_t first = 0; first < lights.count; first += run)
         sums.push_back(sum_run(lights, weight, first, std::min(lights.count, first + run)));
@@ -68,7 +68,7 @@ namespace lab {
 HWY_EXPORT(weigh);
 HWY_EXPORT(sum_all_runs);
 
-LightArrays::LightArrays(const LightsView& lights) : count(lights.position.size()) {
+AllLights::AllLights(const LightsView& lights) : count(lights.position.size()) {
     for (auto* a : {&px, &py, &pz, &nx, &ny, &nz, &isotropic, &bright, &red, &green, &blue}) a->resize(count);
     for (std::size_t i = 0; i < count; ++i) {
         const vec3 p = lights.position[i], n = lights.normal[i];
@@ -80,12 +80,11 @@ LightArrays::LightArrays(const LightsView& lights) : count(lights.position.size(
     }
 }
 
-void weigh_lights(const LightArrays& lights, const vec3& x, const vec3& n, const ArraysFalloff& falloff,
-                  float* weight) {
+void weigh_lights(const AllLights& lights, const vec3& x, const vec3& n, const CommonFalloff& falloff, float* weight) {
     HWY_DYNAMIC_DISPATCH(weigh)(lights, x, n, falloff, weight);
 }
 
-void sum_runs(const LightArrays& lights, const float* weight, std::size_t run, std::vector<RunSum>& sums) {
+void sum_runs(const AllLights& lights, const float* weight, std::size_t run, std::vector<RunSum>& sums) {
     HWY_DYNAMIC_DISPATCH(sum_all_runs)(lights, weight, run, sums);
 }
 
