@@ -1,6 +1,6 @@
 # Each target does its own set-up; `make` alone lists them.
 .DEFAULT_GOAL := help
-.PHONY: help setup render test mutants format lint clean
+.PHONY: help setup render bench test mutants format lint clean
 
 BIN := .venv/bin
 
@@ -12,6 +12,9 @@ setup: ## install what a render needs; leaves .venv/bin/lab (EXTRA=kornia|gui|te
 
 render: setup ## render the default scene to out/atrium.png, .exr and .json
 	$(BIN)/lab render scenes/atrium/scene.toml -o out/atrium
+
+bench: setup ## measure the default scene's stages against this machine's limits; out/atrium-bench.png and .json
+	$(BIN)/lab bench scenes/atrium/scene.toml
 
 test: ## install every extra and run all tests and checks
 	@bash .house/setup.sh all

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from lab.records import Frame as Frame
     from lab.records import Hierarchy as Hierarchy
     from lab.records import Lights as Lights
+    from lab.renderer import Renderer as Renderer
     from lab.scene.load import load_scene as load_scene
 
 __version__ = "0.1.0"
@@ -38,6 +39,7 @@ _HOME = {
     "LabError": "lab.errors",
     "Lights": "lab.records",
     "Params": "lab.params",
+    "Renderer": "lab.renderer",
     "build_hierarchy": "lab.engine.cpu",
     "irradiance": "lab.library",
     "load_scene": "lab.scene.load",

@@ -13,6 +13,7 @@ from importlib import import_module
 from typing import NoReturn
 
 from lab import interrupts
+from lab.bench.definitions import HELP as BENCH_EXAMPLES
 from lab.errors import LabError
 
 RENDER_EXAMPLES = """examples:
@@ -97,6 +98,7 @@ MAIN_EXAMPLES = """examples:
   lab export scenes/atrium/scene.toml -o out/atrium.npz
   lab reference scenes/atrium/scene.toml       what the picture should look like, path traced
   lab attribute scenes/atrium/scene.toml       where its error comes from, term by term
+  lab bench                                    each stage's time against the limits of this machine
   lab compare out/a.exr out/b.exr              how far a picture is from another, in numbers and pictures
   lab params                                   every setting, what it may be, and what the presets say
   lab info                                     versions, processor, what is installed
@@ -191,6 +193,9 @@ def build_parser() -> argparse.ArgumentParser:
     _add_method_flags(attribute)
     _add_camera_flags(attribute, "640x360")
 
+    bench = add("bench", "measure the stages of a frame against the limits of this machine", BENCH_EXAMPLES)
+    _add_bench_flags(bench)
+
     compare = add("compare", "measure how far an image is from a reference, layer by layer", COMPARE_EXAMPLES)
     compare.add_argument("a", metavar="A.exr", help="the image")
     compare.add_argument("b", metavar="B.exr", help="its reference, of the same size")
@@ -208,10 +213,11 @@ def build_parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _add_method_flags(parser: argparse.ArgumentParser) -> None:
+def _add_method_flags(parser: argparse.ArgumentParser, several: bool = False) -> None:
     """Flags of every command that builds a hierarchy; values are checked where they are used, by one rule each."""
     # Optional to argparse only: see _scene_after_settings.
-    parser.add_argument("scene", metavar="SCENE", nargs="?", help="a .toml scene, or a bare .glb, .gltf, .obj or .ply")
+    name, count = ("scenes", "*") if several else ("scene", "?")
+    parser.add_argument(name, metavar="SCENE", nargs=count, help="a .toml scene, or a bare .glb, .gltf, .obj or .ply")
     parser.add_argument(
         "--set", dest="assignments", metavar="KEY=VALUE", nargs="+", action="extend", default=[],
         help="change settings; see 'lab params'",
@@ -234,6 +240,20 @@ def _add_camera_flags(parser: argparse.ArgumentParser, size: str = "1280x720") -
     parser.add_argument("--size", metavar="WxH", help=f"pixels (default: {size})")
 
 
+def _add_bench_flags(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("-o", dest="output", metavar="BASE", help="base name of the files (default: out/SCENE-bench)")
+    parser.add_argument("--json", metavar="FILE", help="where the JSON goes, instead of BASE.json")
+    parser.add_argument("--frames", metavar="N", help="timed frames (default: 32, with --quick 8)")
+    parser.add_argument("--quick", action="store_true", help="a quarter of the frames")
+    parser.add_argument(
+        "--sweep", metavar="S", action="append", default=[],
+        help="also over: vpls, interleave, shadow_samples or threads; may be repeated",
+    )  # fmt: skip
+    parser.add_argument("--compare", metavar="OTHER.json", help="tell what changed since that run")
+    _add_method_flags(parser, several=True)
+    _add_camera_flags(parser)
+
+
 def _join_negative_vectors(arguments: list[str]) -> list[str]:
     """``--sun -1,2,0`` as ``--sun=-1,2,0``: argparse would take the vector for a flag."""
     joined: list[str] = []
@@ -247,6 +267,11 @@ def _join_negative_vectors(arguments: list[str]) -> list[str]:
 
 def _scene_after_settings(args: argparse.Namespace) -> None:
     """Gives SCENE back when ``--set alpha=2 SCENE`` has swallowed it, and checks that there is one."""
+    if hasattr(args, "scenes"):
+        swallowed: list[str] = []
+        while args.assignments and "=" not in args.assignments[-1]:
+            swallowed.insert(0, args.assignments.pop())
+        args.scenes += swallowed
     if not hasattr(args, "scene"):
         return
     if args.scene is None and args.assignments and "=" not in args.assignments[-1]:

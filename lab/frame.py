@@ -17,12 +17,18 @@ Progress = Callable[[str], None]
 
 
 def render_frame(
-    engine: Engine, camera: Camera, size: tuple[int, int], params: Params, progress: Progress | None = None
+    engine: Engine,
+    camera: Camera,
+    size: tuple[int, int],
+    params: Params,
+    progress: Progress | None = None,
+    *,
+    counts: bool = True,
 ) -> Frame:
     """Renders the engine's scene from `camera` at `size` = (width, height).
 
-    `progress` is called with a stage's name as it begins. Errors: :class:`lab.errors.LabError` where lights reach
-    no surface.
+    `progress` is called with a stage's name as it begins; `counts`: whether lights are counted pixel by pixel.
+    Errors: :class:`lab.errors.LabError` where lights reach no surface.
     """
     stages_ms: dict[str, float] = {}
 
@@ -38,7 +44,7 @@ def render_frame(
     lights = timed(engine.trace_vpls, params)
     hierarchy = timed(engine.build_hierarchy, lights, params)
     gbuffer = timed(engine.render_gbuffer, camera, size)
-    lighting = timed(engine.light, hierarchy, gbuffer, params)
+    lighting = timed(engine.light, hierarchy, gbuffer, params, counts)
     shadows = timed(engine.trace_shadow_rays, hierarchy, gbuffer, lighting, params)
     filtered = timed(engine.filter_shadows, gbuffer, shadows, params)
     image = timed(engine.composite, gbuffer, lighting, shadows, filtered, params)

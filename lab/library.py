@@ -22,6 +22,7 @@ def render(
     size: tuple[int, int] = (1280, 720),
     engine: str | Engine = "cpu",
     progress: Progress | None = None,
+    counts: bool = True,
 ) -> Frame:
     """Renders one frame of `scene`.
 
@@ -32,6 +33,7 @@ def render(
         size: (width, height) in pixels.
         engine: an engine's name, or one that is kept to render the same scene again.
         progress: called with each stage's name as it begins.
+        counts: whether to count the lights of every pixel, ``frame.lighting.overdraw`` and ``lights_used``.
 
     Errors: :class:`lab.LabError` for an unknown camera or engine, and where lights reach no surface.
     """
@@ -42,7 +44,7 @@ def render(
     lights = params.vpls if scene.light_list is None else len(scene.light_list)
     check_memory(lights, size, params)
     ready = create_engine(engine, scene) if isinstance(engine, str) else engine
-    return render_frame(ready, chosen, (int(size[0]), int(size[1])), params, progress)
+    return render_frame(ready, chosen, (int(size[0]), int(size[1])), params, progress, counts=counts)
 
 
 def irradiance(
@@ -90,5 +92,5 @@ def irradiance(
         pixel_angle=0.0,
     )
     plain = (params or Params()).replace(shadow_samples=0, interleave=1)
-    received: Floats = _core.light(hierarchy, points, plain.to_core(), scene_radius)["irradiance"][0]
+    received: Floats = _core.light(hierarchy, points, plain.to_core(), scene_radius, counts=False)["irradiance"][0]
     return received

@@ -111,8 +111,11 @@ class Members:
 
     Row i (= merged index - number of input lights) is the alias table ``slot[offset[i]:offset[i + 1]]``: one of its
     slots is taken evenly, and gives its own light in ``keep`` of 2^32 cases, else its other one. These are merged
-    indices of S0 lights, or of S1 lights whose own row is then drawn from (gather goes through S1). A row's first
-    columns name all members, once each.
+    indices of lights of a finer level, whose own row is then drawn from, down to an input light. Level 1 is made of
+    input lights, in proportion to trilinear weight times luminance; so is level 2 of S1's lights (gather; with a
+    half-open range every coarser level is). The others are made of the vertices of the next finer level: their tents
+    add up to the coarser one's, which makes it the same draw. A row's first columns name all its members, once each;
+    some may have no weight.
 
     Attributes:
         offset: (m - n + 1,) int64.    slot: (e, 3) uint32, own light, other light, keep.
@@ -196,18 +199,27 @@ class Lighting:
 
     Attributes:
         irradiance: (H, W, 3) of each pixel's own lights (its interleaving tile's, counted n^2 times).
-        overdraw: (L, H, W) uint32, lights whose cube of half-edge 2 r_l contains the pixel's point.
-        lights_used: (L, H, W) uint32, lights with a non-zero contribution.
+        overdraw: (L, H, W) uint32, lights whose cube of half-edge 2 r_l contains the pixel's point. None where not
+            counted.
+        lights_used: (L, H, W) uint32, lights with a non-zero contribution. None where not counted.
         light: (H, W, k) int32 merged index of each pick, -1 for none.
         target_weight: (H, W, k) f of each pick.    weight_sum: (H, W) F, the sum picked from.
+        visited: pairs of pixel and light that were evaluated, those of idle lanes included.
     """
 
     irradiance: Floats
-    overdraw: NDArray[np.uint32]
-    lights_used: NDArray[np.uint32]
+    overdraw: NDArray[np.uint32] | None
+    lights_used: NDArray[np.uint32] | None
     light: NDArray[np.int32]
     target_weight: Floats
     weight_sum: Floats
+    visited: int = 0
+
+    def counts(self) -> tuple[NDArray[np.uint32], NDArray[np.uint32]]:
+        """`overdraw` and `lights_used`, which must have been counted."""
+        if self.overdraw is None or self.lights_used is None:
+            raise LabError("this lighting was made without its counts: engine.light(..., counts=True) makes them")
+        return self.overdraw, self.lights_used
 
 
 @dataclass(frozen=True)

@@ -65,8 +65,9 @@ def run_record(frame: Frame, scene: Scene, run: RunInfo, base: Path) -> Record:
 def level_records(hierarchy: Hierarchy, lighting: Lighting, seen: NDArray[np.bool_]) -> list[Record]:
     """One row a level: its lights, their flux summed in float64, and means over the pixels `seen` (H, W)."""
     rows = []
+    overdraw, lights_used = lighting.counts()
     for level in hierarchy.levels:
-        counts = {"overdraw": lighting.overdraw[level.level], "lights_used": lighting.lights_used[level.level]}
+        counts = {"overdraw": overdraw[level.level], "lights_used": lights_used[level.level]}
         rows.append(
             {
                 "level": level.level,

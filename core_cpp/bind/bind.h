@@ -8,6 +8,7 @@ namespace lab::bind {
 void bind_scene(pybind11::module_& m);
 void bind_stages(pybind11::module_& m);
 void bind_filter_shadows(pybind11::module_& m);
+void bind_limits(pybind11::module_& m);
 void bind_references(pybind11::module_& m);
 void bind_pure(pybind11::module_& m);
 

@@ -51,6 +51,7 @@ PYBIND11_MODULE(_core, m) {
     lab::bind::bind_scene(m);
     lab::bind::bind_stages(m);
     lab::bind::bind_filter_shadows(m);
+    lab::bind::bind_limits(m);
     lab::bind::bind_references(m);
     lab::bind::bind_pure(m);
 }

@@ -6,8 +6,8 @@
 #include "arrays.h"
 #include "bind.h"
 #include "lab/blending.h"
-#include "lab/draw_member.h"
 #include "lab/interleave.h"
+#include "lab/jitter.h"
 #include "lab/lobe.h"
 #include "lab/random.h"
 #include "lab/reservoir.h"
@@ -52,16 +52,24 @@ py::array emission_(const py::object& direction, const std::string& kind, const 
     return to_numpy(std::move(out));
 }
 
-// One reservoir over (n,) weights, once for each of (m,) starting uniforms -> (m,) picks.
-py::array reservoir_picks(const py::object& weight, const py::object& uniform) {
+// A reservoir over (n,) weights in batches of `batch`, once for each row of (m, batches) uniforms -> (m,) picks.
+py::array reservoir_picks(const py::object& weight, const py::object& uniform, std::size_t batch) {
     const auto f = view<float>(weight, "weight"), u = view<float>(uniform, "uniform");
+    const std::size_t batches = std::max<std::size_t>(1, (f.size() + batch - 1) / batch);
     std::vector<std::int32_t> picks;
-    for (float state : u) {
+    for (std::size_t run = 0; run < u.size() / batches; ++run) {
         std::int32_t pick = -1;
-        float sum = 0;
-        for (std::size_t i = 0; i < f.size(); ++i) {
-            reservoir_decide(reservoir_step(sum, f[i]), static_cast<std::int32_t>(i), state, pick);
-            sum += f[i];
+        float before = 0;
+        for (std::size_t b = 0; b < batches; ++b) {
+            const std::size_t first = b * batch, size = std::min(batch, f.size() - first);
+            float sum = 0, after = 0;
+            for (std::size_t i = 0; i < size; ++i) sum += f[first + i];
+            const float point = reservoir_point(u[run * batches + b], before, sum);
+            std::int32_t passed = 0;
+            for (std::size_t i = 0; i < size; ++i)
+                reservoir_pass(point, after += f[first + i], static_cast<std::int32_t>(i + 1), passed);
+            if (passed < static_cast<std::int32_t>(size)) pick = static_cast<std::int32_t>(first) + passed;
+            before += sum;
         }
         picks.push_back(pick);
     }
@@ -97,7 +105,7 @@ void bind_pure(py::module_& m) {
           py::arg("top"));
     m.def("emission", &emission_, py::arg("direction"), py::arg("kind"), py::arg("normal"), py::arg("normal_moment"),
           py::arg("oriented"));
-    m.def("reservoir_picks", &reservoir_picks, py::arg("weight"), py::arg("uniform"));
+    m.def("reservoir_picks", &reservoir_picks, py::arg("weight"), py::arg("uniform"), py::arg("batch"));
     m.def("race_key", &race_key_, py::arg("bits"), py::arg("weight"));
     m.def("sample_raised_cosine", &raised_cosine, py::arg("uniform"));
     m.def("dealt_tile", &dealt_tile_, py::arg("count"), py::arg("level"), py::arg("n"));

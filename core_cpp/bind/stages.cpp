@@ -8,6 +8,7 @@
 #include "arrays.h"
 #include "bind.h"
 #include "lab/build_hierarchy.h"
+#include "lab/build_members.h"
 #include "lab/composite.h"
 #include "lab/light.h"
 #include "lab/render_gbuffer.h"
@@ -30,24 +31,32 @@ py::dict trace_vpls_(const Scene& scene, const py::dict& params) {
     return d;
 }
 
-py::dict build_hierarchy_(const py::object& lights, const py::dict& params, bool with_members) {
+py::dict build_hierarchy_(const py::object& lights, const py::dict& params) {
     const Params p = params_from(params);
     const LightsView in = lights_view(lights);
-    HierarchyData h = without_gil([&] { return build_hierarchy(in, p, with_members); });
+    HierarchyData h = without_gil([&] { return build_hierarchy(in, p); });
     py::dict d;
     d["origin"] = to_numpy(std::vector<float>{h.origin.x, h.origin.y, h.origin.z});
     d["cell_size"] = to_numpy(std::move(h.cell_size));
     d["offset"] = to_numpy(std::move(h.offset));
-    d["position"] = to_numpy(std::move(h.position));
-    d["flux"] = to_numpy(std::move(h.flux));
-    d["normal"] = to_numpy(std::move(h.normal));
-    d["normal_moment"] = to_numpy(std::move(h.normal_moment));
-    d["deviation"] = to_numpy(std::move(h.deviation));
-    d["vertex"] = to_numpy(std::move(h.vertex));
-    d["oriented"] = to_numpy(std::move(h.oriented));
+    d["position"] = to_numpy(std::move(h.lights.position));
+    d["flux"] = to_numpy(std::move(h.lights.flux));
+    d["normal"] = to_numpy(std::move(h.lights.normal));
+    d["normal_moment"] = to_numpy(std::move(h.lights.normal_moment));
+    d["deviation"] = to_numpy(std::move(h.lights.deviation));
+    d["vertex"] = to_numpy(std::move(h.lights.vertex));
+    d["oriented"] = to_numpy(std::move(h.lights.oriented));
     d["input_index"] = to_numpy(std::move(h.input_index));
-    d["member_offset"] = to_numpy(std::move(h.member_offset));
-    d["member_slot"] = to_numpy(std::move(h.member));
+    return d;
+}
+
+py::dict build_members_(const py::object& hierarchy, const py::dict& params) {
+    const Params p = params_from(params);
+    const HierarchyView h = hierarchy_view(hierarchy);
+    MemberData members = without_gil([&] { return build_members(h, p); });
+    py::dict d;
+    d["offset"] = to_numpy(std::move(members.offset));
+    d["slot"] = to_numpy(std::move(members.slot));
     return d;
 }
 
@@ -65,19 +74,25 @@ py::dict render_gbuffer_(const Scene& scene, const py::object& camera, int width
     return d;
 }
 
-py::dict light_(const py::object& hierarchy, const py::object& gbuffer, const py::dict& params, float scene_radius) {
+py::dict light_(const py::object& hierarchy, const py::object& gbuffer, const py::dict& params, float scene_radius,
+                bool counts) {
     const Params p = params_from(params);
     const HierarchyView h = hierarchy_view(hierarchy);
     const GBufferView g = gbuffer_view(gbuffer);
-    LightingData l = without_gil([&] { return light(h, g, p, scene_radius); });
+    LightingData l = without_gil([&] { return light(h, g, p, scene_radius, counts); });
     const py::ssize_t levels = h.top() + 1, k = p.shadow_samples;
     py::dict d;
     d["irradiance"] = to_numpy(std::move(l.irradiance), {g.height, g.width});
-    d["overdraw"] = to_numpy(std::move(l.overdraw), {levels, g.height, g.width});
-    d["lights_used"] = to_numpy(std::move(l.lights_used), {levels, g.height, g.width});
+    d["overdraw"] = py::none();
+    d["lights_used"] = py::none();
+    if (counts) {
+        d["overdraw"] = to_numpy(std::move(l.overdraw), {levels, g.height, g.width});
+        d["lights_used"] = to_numpy(std::move(l.lights_used), {levels, g.height, g.width});
+    }
     d["light"] = to_numpy(std::move(l.light), {g.height, g.width, k});
     d["target_weight"] = to_numpy(std::move(l.target_weight), {g.height, g.width, k});
     d["weight_sum"] = to_numpy(std::move(l.weight_sum), {g.height, g.width});
+    d["visited"] = l.visited;
     return d;
 }
 
@@ -139,9 +154,11 @@ py::dict composite_(const py::object& gbuffer, const py::object& lighting, const
 
 void bind_stages(py::module_& m) {
     m.def("trace_vpls", &trace_vpls_, py::arg("scene"), py::arg("params"));
-    m.def("build_hierarchy", &build_hierarchy_, py::arg("lights"), py::arg("params"), py::arg("with_members"));
+    m.def("build_hierarchy", &build_hierarchy_, py::arg("lights"), py::arg("params"));
+    m.def("build_members", &build_members_, py::arg("hierarchy"), py::arg("params"));
     m.def("render_gbuffer", &render_gbuffer_, py::arg("scene"), py::arg("camera"), py::arg("width"), py::arg("height"));
-    m.def("light", &light_, py::arg("hierarchy"), py::arg("gbuffer"), py::arg("params"), py::arg("scene_radius"));
+    m.def("light", &light_, py::arg("hierarchy"), py::arg("gbuffer"), py::arg("params"), py::arg("scene_radius"),
+          py::arg("counts") = true);
     m.def("trace_shadow_rays", &trace_shadow_rays_, py::arg("scene"), py::arg("hierarchy"), py::arg("gbuffer"),
           py::arg("lighting"), py::arg("params"));
     m.def("composite", &composite_, py::arg("gbuffer"), py::arg("lighting"), py::arg("shadows"), py::arg("filtered"),

@@ -1,38 +1,43 @@
 #include "lab/alias_table.h"
 
-#include <algorithm>
 #include <numeric>
 
 namespace lab {
 
-void AliasBuilder::append(const std::vector<std::uint32_t>& items, const std::vector<double>& weights,
-                          std::vector<AliasSlot>& table) {
-    const std::size_t count = items.size(), first = table.size();
-    const double total = std::accumulate(weights.begin(), weights.end(), 0.0);
-    scaled_.assign(count, 1.0);
-    if (total > 0)
-        for (std::size_t i = 0; i < count; ++i) scaled_[i] = weights[i] / total * static_cast<double>(count);
-    small_.clear();
-    large_.clear();
-    for (std::size_t i = 0; i < count; ++i) {
-        (scaled_[i] < 1 ? small_ : large_).push_back(static_cast<std::uint32_t>(i));
-        table.push_back({items[i], items[i], 0});
+void AliasTables::fill(std::span<AliasSlot> table, std::span<double> weight) {
+    const auto count = static_cast<std::uint32_t>(table.size());
+    const double total = std::accumulate(weight.begin(), weight.end(), 0.0);
+    const double scale = total > 0 ? static_cast<double>(count) / total : 0.0;
+    // Nothing below branches on a weight: which is above the mean cannot be foretold.
+    poor_.resize(count + 1);
+    rich_.resize(count + 1);
+    std::uint32_t poor = 0, rich = 0;
+    for (std::uint32_t i = 0; i < count; ++i) {
+        weight[i] *= scale;
+        table[i].other = table[i].own;
+        table[i].keep = 0;
+        poor_[poor] = i;
+        rich_[rich] = i;
+        const bool less = weight[i] < 1;
+        poor += less;
+        rich += !less;
     }
     // Each slot that is not full is filled up by an item that has more than its own.
-    while (!small_.empty() && !large_.empty()) {
-        const std::uint32_t poor = small_.back(), rich = large_.back();
-        small_.pop_back();
-        table[first + poor].other = items[rich];
-        table[first + poor].keep = static_cast<std::uint32_t>(std::min(scaled_[poor] * 0x1p32, 0x1p32 - 1));
-        scaled_[rich] -= 1 - scaled_[poor];
-        if (scaled_[rich] >= 1) continue;
-        large_.pop_back();
-        small_.push_back(rich);
+    std::uint32_t from = 0;
+    while (poor > 0 && rich > 0) {
+        from = rich_[rich - 1];
+        const std::uint32_t to = poor_[--poor];
+        table[to].other = table[from].own;
+        table[to].keep = static_cast<std::uint32_t>(weight[to] * (0x1p32 - 1));
+        weight[from] -= 1 - weight[to];
+        const bool less = weight[from] < 1;
+        poor_[poor] = from;
+        poor += less;
+        rich -= less;
     }
     // What rounding leaves over is full; but nothing may come from an item without weight.
-    const auto heaviest = static_cast<std::size_t>(std::max_element(weights.begin(), weights.end()) - weights.begin());
-    for (const std::uint32_t i : small_)
-        if (total > 0 && !(weights[i] > 0)) table[first + i].other = items[heaviest];
+    for (std::uint32_t i = 0; i < poor; ++i)
+        if (total > 0 && !(weight[poor_[i]] > 0)) table[poor_[i]].other = table[from].own;
 }
 
 }  // namespace lab

@@ -73,7 +73,7 @@ void give(void* block, std::size_t bytes) noexcept {
     } catch (const std::bad_alloc&) {
         std::free(block);
     }
-    forget_oldest_beyond(most_in_use - in_use);
+    forget_oldest_beyond(most_in_use + most_in_use / 4 - in_use);
 }
 
 void keep() {

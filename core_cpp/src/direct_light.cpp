@@ -19,17 +19,6 @@ DirectCandidate from_intensity(const Scene& scene, const vec3& position, const v
 
 }  // namespace
 
-Ray shadow_ray(const Scene& scene, const LitPoint& at, const vec3& target) {
-    const vec3 origin = scene.off_surface(at.position, at.geometric_normal);
-    return {origin, target - origin, 1.0f - 1e-4f};
-}
-
-DirectCandidate from_sun(const Scene& scene, const SunLight& sun, const LitPoint& at) {
-    const float cosine = std::max(0.0f, glm::dot(at.normal, sun.to_sun));
-    const vec3 origin = scene.off_surface(at.position, at.geometric_normal);
-    return {{origin, sun.to_sun, std::numeric_limits<float>::infinity()}, sun.irradiance * cosine};
-}
-
 DirectCandidate from_point(const Scene& scene, const PointLight& point, const LitPoint& at) {
     return from_intensity(scene, point.position, point.intensity, at);
 }

@@ -1,255 +1,287 @@
-#include "lab/filter_variance.h"
-
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "src/filter_variance.cpp"
+#include <hwy/foreach_target.h>
+// After foreach_target.h: these are compiled for each instruction set.
 #include <algorithm>
-#include <array>
 #include <cmath>
 
-#include "lab/filter_weights.h"
-#include "lab/luminance.h"
-#include "lab/select.h"
+#include "lab/filter_pairs.h"
+#include "lab/filter_units.h"
+#include "lab/filter_variance.h"
 
+HWY_BEFORE_NAMESPACE();
+namespace lab {
+namespace HWY_NAMESPACE {
+namespace {
+
+// What the kernels share: a pixel's signals begin at `at`, its planes lie `stride` apart.
+class Reader {
+  public:
+    Reader(const Planes& planes, const Units& units) : units_(units), stride_(planes.stride()) {}
+
+    Vector load(const float* at, int plane) const { return hn::LoadU(Lanes(), at + plane * stride_); }
+
+    // Luminance of the signals from `first` on.
+    HWY_INLINE Vector bright(const float* at, int first, int count) const {
+        if (count == 1) return load(at, first);
+        return luminance(load(at, first), load(at, first + 1), load(at, first + 2));
+    }
+    HWY_INLINE Vector over(const float* at) const { return scaled(bright(at, 0, units_.numerators), units_.over); }
+    HWY_INLINE Vector under(const float* at) const {
+        return scaled(bright(at, units_.numerators, units_.denominators), units_.under);
+    }
+
+  private:
+    const Units& units_;
+    std::size_t stride_;
+
+    static HWY_INLINE Vector scaled(Vector v, const Factor& factor) {
+        const Lanes f32;
+        const auto product = hn::Mul(hn::Mul(v, hn::Set(f32, factor.power)), hn::Set(f32, factor.rest));
+        return hn::Min(hn::Max(product, hn::Zero(f32)), hn::Set(f32, largest));
+    }
+};
+
+double denominator_sum(const Planes& signal, const Units& units, int y) {
+    const Lanes f32;
+    const hn::Rebind<double, hn::Half<Lanes>> f64;
+    const Reader read(signal, units);
+    const int lanes = static_cast<int>(hn::Lanes(f32));
+    auto sum = hn::Zero(f64);
+    int x = 0;
+    for (; x + lanes <= signal.width(); x += lanes) {
+        const auto v = hn::Max(read.bright(signal.row(0, y) + x, units.numerators, units.denominators), hn::Zero(f32));
+        sum = hn::Add(sum, hn::PromoteTo(f64, hn::LowerHalf(v)));
+        sum = hn::Add(sum, hn::PromoteTo(f64, hn::UpperHalf(hn::Half<Lanes>(), v)));
+    }
+    double total = hn::GetLane(hn::SumOfLanes(f64, sum));
+    if (x < signal.width()) {
+        float rest[Planes::slack];
+        hn::StoreU(read.bright(signal.row(0, y) + x, units.numerators, units.denominators), f32, rest);
+        for (int i = 0; x + i < signal.width(); ++i) total += std::max(rest[i], 0.0f);
+    }
+    return total;
+}
+
+// Luminances of numerator and denominator, to where value and deviation will be.
+void take_luminances(const Planes& in, const Units& units, int y, Planes& out) {
+    const Lanes f32;
+    const Reader read(in, units);
+    for (int x = 0; x < in.width(); x += static_cast<int>(hn::Lanes(f32))) {
+        const float* at = in.row(0, y) + x;
+        hn::Store(read.over(at), f32, out.row(units.value(), y) + x);
+        hn::Store(read.under(at), f32, out.row(units.per_deviation(), y) + x);
+    }
+}
+
+// Stores the guide: the mean value, and how far others may be from it. s, u: numerator and denominator.
+HWY_INLINE void store_guide(Vector s, Vector u, Vector variance, float tolerance, float* value, float* per_deviation) {
+    const Lanes f32;
+    const auto known = hn::Gt(u, hn::Zero(f32));
+    hn::Store(hn::IfThenElseZero(known, hn::Min(hn::Div(s, u), hn::Set(f32, largest))), f32, value);
+    if (tolerance >= any_difference) return hn::Store(hn::Zero(f32), f32, per_deviation);
+    const auto tolerated = hn::MulAdd(hn::Set(f32, tolerance), hn::Sqrt(variance), hn::Set(f32, least_deviation));
+    // Where no sample says anything around, any neighbour's word is welcome.
+    hn::Store(hn::IfThenElseZero(known, hn::Div(hn::Set(f32, log2_e), tolerated)), f32, per_deviation);
+}
+
+// The likeness of pairs of surfaces, 0 to 1.
+HWY_INLINE void fill_likeness(const Strip& strip, int j, int radius, const Planes& surfaces, PairRows& pairs) {
+    const auto row_of = [&](int y) { return SurfaceGuide::Row{surfaces.row(0, y), surfaces.stride()}; };
+    fill_pairs<SurfaceGuide>(strip, j, radius, pairs, row_of, [](const auto& p, const auto& q, float) {
+        return exp2_negative(p.distance(q, hn::Zero(Lanes())), unlike);
+    });
+}
+
+// How much single pixels' values scatter around their mean, over the like pixels of a 5 x 5 window. `luminances`: see
+// take_luminances.
+void measure_variance(const Planes& luminances, const Planes& surfaces, const Units& units, const Strip& strip,
+                      PairRows& pairs, Planes& out) {
+    const Lanes f32;
+    const std::size_t stride = luminances.stride();
+    const std::size_t over = units.value() * stride, under = units.per_deviation() * stride;
+    std::array<Tap, 24> taps;
+    for (int j = strip.first - 2; j < strip.last; ++j) {
+        fill_likeness(strip, j, 2, surfaces, pairs);
+        if (j < strip.first) continue;
+        window(strip, j, 2, pairs, luminances, taps);
+        const int y = strip.row(j);
+        const float* own = luminances.row(0, y) + strip.x0;
+        float* variance = out.row(units.variance(), y) + strip.x0;
+        for (int i = 0; i < strip.x1 - strip.x0; i += static_cast<int>(hn::Lanes(f32))) {
+            const auto a = hn::Load(f32, own + over + i), b = hn::Load(f32, own + under + i);
+            auto sum = hn::Set(f32, 1.0f), s = a, u = b;
+            for (const Tap& tap : taps) {
+                const auto like = hn::LoadU(f32, tap.pair + i);
+                sum = hn::Add(sum, like);
+                s = hn::MulAdd(like, hn::LoadU(f32, tap.q + over + i), s);
+                u = hn::MulAdd(like, hn::LoadU(f32, tap.q + under + i), u);
+            }
+            const auto known = hn::Gt(u, hn::Zero(f32));
+            const auto mean = hn::IfThenElseZero(known, hn::Div(s, u));
+            // A second time, around the mean: a difference of sums of squares would leave little of values nearly
+            // alike.
+            const auto off = hn::NegMulAdd(mean, b, a);
+            auto scatter = hn::Mul(off, off);
+            for (const Tap& tap : taps) {
+                const auto q = hn::NegMulAdd(mean, hn::LoadU(f32, tap.q + under + i), hn::LoadU(f32, tap.q + over + i));
+                scatter = hn::MulAdd(hn::LoadU(f32, tap.pair + i), hn::Mul(q, q), scatter);
+            }
+            const auto spread = hn::Div(hn::Mul(scatter, sum), hn::Mul(u, u));
+            hn::Store(hn::IfThenElseZero(known, hn::Min(spread, hn::Set(f32, largest * largest))), f32, variance + i);
+        }
+    }
+}
+
+// The values as measured are too noisy to guide the first pass: it looks at their mean over 3 x 3 pixels.
+void make_first_guide(const Planes& luminances, const Planes& surfaces, const Units& units, const Strip& strip,
+                      PairRows& pairs, Planes& in) {
+    const Lanes f32;
+    const std::size_t stride = in.stride();
+    const std::size_t over = units.value() * stride, under = units.per_deviation() * stride;
+    const std::size_t variance = units.variance() * stride;
+    std::array<Tap, 24> taps, noise;
+    for (int j = strip.first - 1; j < strip.last; ++j) {
+        fill_likeness(strip, j, 1, surfaces, pairs);
+        if (j < strip.first) continue;
+        const int count = window(strip, j, 1, pairs, luminances, taps);
+        window(strip, j, 1, pairs, in, noise);
+        const int y = strip.row(j);
+        const float* own = luminances.row(0, y) + strip.x0;
+        float* out = in.row(0, y) + strip.x0;
+        for (int i = 0; i < strip.x1 - strip.x0; i += static_cast<int>(hn::Lanes(f32))) {
+            auto sum = hn::Set(f32, 1.0f), s = hn::Load(f32, own + over + i), u = hn::Load(f32, own + under + i);
+            auto v = hn::Load(f32, out + variance + i);
+            for (int tap = 0; tap < count; ++tap) {
+                const auto like = hn::LoadU(f32, taps[tap].pair + i);
+                sum = hn::Add(sum, like);
+                s = hn::MulAdd(like, hn::LoadU(f32, taps[tap].q + over + i), s);
+                u = hn::MulAdd(like, hn::LoadU(f32, taps[tap].q + under + i), u);
+                v = hn::MulAdd(like, hn::LoadU(f32, noise[tap].q + variance + i), v);
+            }
+            store_guide(s, u, hn::Div(v, sum), units.tolerance, out + over + i, out + under + i);
+        }
+    }
+}
+
+// One line of a pass, with the variance where another follows. What is summed is the difference to the pixel's own
+// value: a constant stays exact.
+template <int signals, bool another>
+void mix_line(const Strip& strip, int j, PairRows& pairs, const Planes& in, Planes& out) {
+    const Lanes f32;
+    const std::size_t stride = in.stride(), variance = signals * stride, guide = variance + stride;
+    std::array<Tap, 24> taps;
+    window(strip, j, 2, pairs, in, taps);
+    const int y = strip.row(j);
+    const float* own = in.row(0, y) + strip.x0;
+    float* filtered = out.row(0, y) + strip.x0;
+    for (int i = 0; i < strip.x1 - strip.x0; i += static_cast<int>(hn::Lanes(f32))) {
+        Vector p[signals], change[signals];
+        for (int c = 0; c < signals; ++c) {
+            p[c] = hn::Load(f32, own + c * stride + i);
+            change[c] = hn::Zero(f32);
+        }
+        const auto value = hn::Load(f32, own + guide + i), per_deviation = hn::Load(f32, own + guide + stride + i);
+        auto sum = hn::Set(f32, 1.0f), spread = hn::Load(f32, own + variance + i);
+        for (const Tap& tap : taps) {
+            const float* q = tap.q + i;
+            const auto apart = hn::Abs(hn::Sub(hn::LoadU(f32, q + guide), value));
+            const auto weight = exp2_negative(hn::MulAdd(apart, per_deviation, hn::LoadU(f32, tap.pair + i)));
+            sum = hn::Add(sum, weight);
+            if constexpr (another) spread = hn::MulAdd(hn::Mul(weight, weight), hn::LoadU(f32, q + variance), spread);
+            for (int c = 0; c < signals; ++c)
+                change[c] = hn::MulAdd(weight, hn::Sub(hn::LoadU(f32, q + c * stride), p[c]), change[c]);
+        }
+        for (int c = 0; c < signals; ++c)
+            hn::Store(hn::Add(p[c], hn::Div(change[c], sum)), f32, filtered + c * stride + i);
+        if constexpr (another) hn::Store(hn::Div(spread, hn::Mul(sum, sum)), f32, filtered + variance + i);
+    }
+}
+
+// One pass, and the guide of another that follows.
+template <int signals, bool another>
+void filter_signals(const Planes& in, const Planes& surfaces, const Units& units, const Strip& strip, PairRows& pairs,
+                    Planes& out) {
+    const Lanes f32;
+    const Reader read(out, units);
+    const auto row_of = [&](int y) { return SurfaceGuide::Row{surfaces.row(0, y), surfaces.stride()}; };
+    const auto distance = [](const SurfaceGuide& p, const SurfaceGuide& q, float space) {
+        return p.distance(q, hn::Set(Lanes(), space));
+    };
+    for (int j = strip.first - 2; j < strip.last; ++j) {
+        fill_pairs<SurfaceGuide>(strip, j, 2, pairs, row_of, distance);
+        if (j < strip.first) continue;
+        mix_line<signals, another>(strip, j, pairs, in, out);
+        for (int x = strip.x0; another && x < strip.x1; x += static_cast<int>(hn::Lanes(f32))) {
+            float* at = out.row(0, strip.row(j)) + x;
+            store_guide(read.over(at), read.under(at), read.load(at, units.variance()), units.tolerance,
+                        at + units.value() * out.stride(), at + units.per_deviation() * out.stride());
+        }
+    }
+}
+
+void filter_strip(const Planes& in, const Planes& surfaces, const Units& units, const Strip& strip, PairRows& pairs,
+                  Planes& out) {
+    const bool another = strip.step != atrous_steps.back();
+    const auto filter = units.signals() == 2   ? (another ? filter_signals<2, true> : filter_signals<2, false>)
+                        : units.signals() == 4 ? (another ? filter_signals<4, true> : filter_signals<4, false>)
+                                               : (another ? filter_signals<6, true> : filter_signals<6, false>);
+    filter(in, surfaces, units, strip, pairs, out);
+}
+
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace lab
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
 namespace lab {
 namespace {
 
-constexpr int chunk = 256, most_planes = 6;
-constexpr float least_deviation = 0.02f;  // relative to `scale`: smaller differences never stop the filter
-constexpr float largest = 1e9f;           // relative to `scale`: larger values count as this where they guide
-constexpr float any_difference = 1e9f;    // with such a tolerance values stop nothing, not even where there is no noise
-constexpr float unlike = 20.0f;           // likeness of 2^-20 and less is none: nothing is known from such pixels
-constexpr float log2_e = 1.44269504f;
-// Gaussian of sigma 1 over -2..2, and the passes' steps.
-constexpr std::array<float, 5> kernel{0.0544886845f, 0.2442013420f, 0.4026199469f, 0.2442013420f, 0.0544886845f};
-constexpr std::array<int, 5> steps{1, 2, 4, 8, 16};
+HWY_EXPORT(denominator_sum);
+HWY_EXPORT(take_luminances);
+HWY_EXPORT(measure_variance);
+HWY_EXPORT(make_first_guide);
+HWY_EXPORT(filter_strip);
 
-struct Row {
-    int x, count, y;
-};
-
-// 2^-distance between pixels p of a row and their taps q in row y_q, shifted: by geometry alone the likeness of their
-// surfaces, with a guide by their values, too.
-class TapWeights {
-  public:
-    TapWeights(const Planes& geometry, const Planes* guide) : geometry_(geometry), guide_(guide) {}
-
-    // `space`: the tap's spatial weight, with a guide.
-    void weigh(const Row& row, int y_q, int shift, float space, float* weight) const {
-        std::array<const float*, variance_guides> p, q;
-        for (int i = 0; i < variance_guides; ++i) {
-            p[i] = geometry_.row(i, row.y) + row.x;
-            q[i] = geometry_.row(i, y_q) + row.x + shift;
-        }
-#pragma omp simd
-        for (int i = 0; i < row.count; ++i) {
-            const float a = q[0][i] - p[0][i], b = q[1][i] - p[1][i], c = q[2][i] - p[2][i];
-            const float x = q[3][i] - p[3][i], y = q[4][i] - p[4][i], z = q[5][i] - p[5][i];
-            weight[i] = a * a + b * b + c * c + x * x + y * y + z * z + p[6][i] + q[6][i];
-        }
-        if (guide_) {
-            const float *value_p = guide_->row(0, row.y) + row.x, *value_q = guide_->row(0, y_q) + row.x + shift;
-            const float* per_deviation = guide_->row(1, row.y) + row.x;
-#pragma omp simd
-            for (int i = 0; i < row.count; ++i) weight[i] += magnitude(value_q[i] - value_p[i]) * per_deviation[i];
-#pragma omp simd
-            for (int i = 0; i < row.count; ++i) weight[i] = space * exp2_negative(weight[i]);
-        } else {
-#pragma omp simd
-            for (int i = 0; i < row.count; ++i) weight[i] = weight[i] < unlike ? exp2_negative(weight[i]) : 0.0f;
-        }
-    }
-
-  private:
-    const Planes& geometry_;
-    const Planes* guide_;
-};
-
-class VarianceFilter {
-  public:
-    VarianceFilter(Planes& signal, int numerators, float scale, float tolerance, Planes& geometry)
-        : signal_(signal),
-          geometry_(geometry),
-          numerators_(numerators),
-          scale_(scale),
-          tolerance_(tolerance),
-          value_(signal.width(), signal.height(), 2),
-          variance_(signal.width(), signal.height(), 1),
-          guide_(signal.width(), signal.height(), 2) {}
-
-    void run() {
-        Planes filtered = signal_, filtered_variance = variance_;
-        per_denominator_ = one_over_mean_denominator();
-        take_values();
-        reflect(1, {&value_, &geometry_});
-        for_rows([&](const Row& row) { measure_variance(row); });
-        for (const int step : steps) {
-            if (step > 1) take_values();
-            reflect(1, {&value_, &variance_, &geometry_});
-            for_rows([&](const Row& row) { make_guide(row, step == 1 ? 1 : 0); });
-            reflect(step, {&signal_, &variance_, &guide_, &geometry_});
-            for_rows([&](const Row& row) { pass(row, step, filtered, filtered_variance); });
-            std::swap(signal_, filtered);
-            std::swap(variance_, filtered_variance);
-        }
-    }
-
-  private:
-    Planes &signal_, &geometry_;
-    int numerators_;
-    float scale_, tolerance_;
-    double per_denominator_ = 1;
-    Planes value_;     // luminances of numerator (over `scale`) and denominator, both over the mean denominator
-    Planes variance_;  // of a pixel's value
-    Planes guide_;     // value; log2(e) over the deviation that is tolerated around it
-
-    template <class Work>
-    void for_rows(const Work& work) {
-#pragma omp parallel for schedule(dynamic, 8) if (signal_.worth_threads())
-        for (int y = 0; y < signal_.height(); ++y)
-            for (int x = 0; x < signal_.width(); x += chunk) work(Row{x, std::min(chunk, signal_.width() - x), y});
-    }
-
-    void reflect(int step, std::initializer_list<Planes*> planes) {
-        for (Planes* p : planes) p->reflect_sides(step, 2);
-    }
-
-    // Calls visit(y_q, shift, weights) for the taps of a square window around a row of pixels; the centre's weight is
-    // its spatial one.
-    template <class Visit>
-    void taps(const Row& row, int radius, int step, const Planes* guide, const float* space, const Visit& visit) {
-        const TapWeights weights(geometry_, guide);
-        float weight[chunk];
-        for (int dy = -radius; dy <= radius; ++dy) {
-            const int y = reflected(row.y + dy * step, step, signal_.height());
-            for (int dx = -radius; dx <= radius; ++dx) {
-                const float w = space ? space[dy + radius] * space[dx + radius] : 1.0f;
-                if (dx == 0 && dy == 0)
-                    std::fill_n(weight, row.count, w);
-                else
-                    weights.weigh(row, y, dx * step, w, weight);
-                visit(y, dx * step, weight);
-            }
-        }
-    }
-
-    float bright(int y, int x, int first, int count) const {
-        if (count == 1) return signal_.row(first, y)[x];
-        return luminance({signal_.row(first, y)[x], signal_.row(first + 1, y)[x], signal_.row(first + 2, y)[x]});
-    }
-
-    float bright_denominator(int y, int x) const { return bright(y, x, numerators_, signal_.count() - numerators_); }
-
-    // In such units no sum and no square leaves float's range, whatever the light's. A power of two rounds nothing.
-    double one_over_mean_denominator() const {
-        double sum = 0;
-        for (int y = 0; y < signal_.height(); ++y)
-            for (int x = 0; x < signal_.width(); ++x) sum += std::max(0.0f, bright_denominator(y, x));
-        const double mean = sum / (static_cast<double>(signal_.width()) * signal_.height());
-        return mean > 0 ? std::ldexp(1.0, -std::ilogb(mean)) : 1.0;
-    }
-
-    void take_values() {
-        for_rows([&](const Row& row) {
-            for (int x = row.x; x < row.x + row.count; ++x) {
-                const double over = bright(row.y, x, 0, numerators_) * per_denominator_ / scale_;
-                const double under = bright_denominator(row.y, x) * per_denominator_;
-                value_.row(0, row.y)[x] = static_cast<float>(std::clamp(over, 0.0, double{largest}));
-                value_.row(1, row.y)[x] = static_cast<float>(std::clamp(under, 0.0, double{largest}));
-            }
-        });
-    }
-
-    // How much single pixels' values scatter around their mean, over the like pixels of a 5 x 5 window.
-    void measure_variance(const Row& row) {
-        float likeness[25][chunk], sum[chunk]{}, s[chunk]{}, u[chunk]{}, scatter[chunk]{};
-        int tap = 0;
-        taps(row, 2, 1, nullptr, nullptr, [&](int y, int shift, const float* weight) {
-            const float *a = value_.row(0, y) + row.x + shift, *b = value_.row(1, y) + row.x + shift;
-            float* like = likeness[tap++];
-#pragma omp simd
-            for (int i = 0; i < row.count; ++i) {
-                like[i] = weight[i];
-                sum[i] += weight[i];
-                s[i] += weight[i] * a[i];
-                u[i] += weight[i] * b[i];
-            }
-        });
-        float* mean = s;
-        for (int i = 0; i < row.count; ++i) mean[i] = u[i] > 0 ? s[i] / u[i] : 0.0f;
-        // A second time, around the mean: a difference of sums of squares would leave little of values nearly alike.
-        tap = 0;
-        for (int dy = -2; dy <= 2; ++dy) {
-            const int y = reflected(row.y + dy, 1, signal_.height());
-            for (int dx = -2; dx <= 2; ++dx) {
-                const float *a = value_.row(0, y) + row.x + dx, *b = value_.row(1, y) + row.x + dx;
-                const float* like = likeness[tap++];
-#pragma omp simd
-                for (int i = 0; i < row.count; ++i) {
-                    const float off = a[i] - mean[i] * b[i];
-                    scatter[i] += like[i] * off * off;
-                }
-            }
-        }
-        float* variance = variance_.row(0, row.y) + row.x;
-        for (int i = 0; i < row.count; ++i)
-            variance[i] = u[i] > 0 ? smaller(scatter[i] * sum[i] / (u[i] * u[i]), largest * largest) : 0.0f;
-    }
-
-    // The values as measured are too noisy to guide the first pass: it looks at their mean over 3 x 3 pixels.
-    void make_guide(const Row& row, int radius) {
-        float sum[chunk]{}, s[chunk]{}, u[chunk]{}, v[chunk]{};
-        taps(row, radius, 1, nullptr, nullptr, [&](int y, int shift, const float* weight) {
-            const float *a = value_.row(0, y) + row.x + shift, *b = value_.row(1, y) + row.x + shift;
-            const float* c = variance_.row(0, y) + row.x + shift;
-#pragma omp simd
-            for (int i = 0; i < row.count; ++i) {
-                sum[i] += weight[i];
-                s[i] += weight[i] * a[i];
-                u[i] += weight[i] * b[i];
-                v[i] += weight[i] * c[i];
-            }
-        });
-        float *value = guide_.row(0, row.y) + row.x, *per_deviation = guide_.row(1, row.y) + row.x;
-        for (int i = 0; i < row.count; ++i) {
-            const bool known = u[i] > 0;
-            value[i] = known ? smaller(s[i] / u[i], largest) : 0.0f;
-            // Where no sample says anything around, any neighbour's word is welcome.
-            const bool stops = known && tolerance_ < any_difference;
-            per_deviation[i] = stops ? log2_e / (tolerance_ * std::sqrt(v[i] / sum[i]) + least_deviation) : 0.0f;
-        }
-    }
-
-    // What is summed is the difference to the pixel's own value: a constant stays exact.
-    void pass(const Row& row, int step, Planes& out, Planes& variance_out) {
-        float sum[chunk]{}, variance[chunk]{}, change[most_planes][chunk]{};
-        taps(row, 2, step, &guide_, kernel.data(), [&](int y, int shift, const float* weight) {
-            const float* v = variance_.row(0, y) + row.x + shift;
-#pragma omp simd
-            for (int i = 0; i < row.count; ++i) {
-                sum[i] += weight[i];
-                variance[i] += weight[i] * weight[i] * v[i];
-            }
-            for (int c = 0; c < signal_.count(); ++c) {
-                const float *p = signal_.row(c, row.y) + row.x, *q = signal_.row(c, y) + row.x + shift;
-                float* difference = change[c];
-#pragma omp simd
-                for (int i = 0; i < row.count; ++i) difference[i] += weight[i] * (q[i] - p[i]);
-            }
-        });
-        for (int c = 0; c < signal_.count(); ++c) {
-            const float* p = signal_.row(c, row.y) + row.x;
-            float* filtered = out.row(c, row.y) + row.x;
-#pragma omp simd
-            for (int i = 0; i < row.count; ++i) filtered[i] = p[i] + change[c][i] / sum[i];
-        }
-        float* filtered = variance_out.row(0, row.y) + row.x;
-#pragma omp simd
-        for (int i = 0; i < row.count; ++i) filtered[i] = variance[i] / (sum[i] * sum[i]);
-    }
-};
+// A power of two, which rounds nothing.
+double one_over_mean_denominator(const Planes& signal, const Units& units) {
+    std::vector<double> sums(signal.height());
+#pragma omp parallel for schedule(static) if (signal.worth_threads())
+    for (int y = 0; y < signal.height(); ++y) sums[y] = HWY_DYNAMIC_DISPATCH(denominator_sum)(signal, units, y);
+    double sum = 0;  // in one order, whatever the threads
+    for (const double of_line : sums) sum += of_line;
+    const double mean = sum / (static_cast<double>(signal.width()) * signal.height());
+    return mean > 0 ? std::ldexp(1.0, -std::ilogb(mean)) : 1.0;
+}
 
 }  // namespace
 
-void filter_by_variance(Planes& signal, int numerators, float scale, float tolerance, Planes& geometry) {
-    VarianceFilter(signal, numerators, scale, tolerance, geometry).run();
+void filter_by_variance(Planes& signal, int numerators, float scale, float tolerance, Planes& surfaces) {
+    Planes other(signal.width(), signal.height(), signal.count());
+    Units units{numerators, signal.count() - variance_planes - numerators, {}, {}, tolerance};
+    const double per_denominator = one_over_mean_denominator(signal, units);
+    units.over = Factor(per_denominator / scale);
+    units.under = Factor(per_denominator);
+
+#pragma omp parallel for schedule(static) if (signal.worth_threads())
+    for (int y = 0; y < signal.height(); ++y) HWY_DYNAMIC_DISPATCH(take_luminances)(signal, units, y, other);
+    for (Planes* planes : {&other, &surfaces}) planes->reflect_sides(1, 2);
+    for_strips(signal, 1, [&](const Strip& strip, PairRows& pairs) {
+        HWY_DYNAMIC_DISPATCH(measure_variance)(other, surfaces, units, strip, pairs, signal);
+    });
+    signal.reflect_sides(1, 1);
+    for_strips(signal, 1, [&](const Strip& strip, PairRows& pairs) {
+        HWY_DYNAMIC_DISPATCH(make_first_guide)(other, surfaces, units, strip, pairs, signal);
+    });
+    for (const int step : atrous_steps) {
+        for (Planes* planes : {&signal, &surfaces}) planes->reflect_sides(step, 2);
+        for_strips(signal, step, [&](const Strip& strip, PairRows& pairs) {
+            HWY_DYNAMIC_DISPATCH(filter_strip)(signal, surfaces, units, strip, pairs, other);
+        });
+        std::swap(signal, other);
+    }
 }
 
 }  // namespace lab
+#endif

@@ -1,15 +1,24 @@
 #include "lab/grid.h"
 
-#include "lab/row_index.h"
+#include "lab/select.h"
 
 namespace lab {
 
 Grid make_grid(std::span<const glm::vec3> positions, float bounds_scale) {
-    glm::vec3 low = positions[0], high = positions[0];
-    for (const glm::vec3& p : positions) {
-        low = glm::min(low, p);
-        high = glm::max(high, p);
+    const auto count = static_cast<std::int64_t>(positions.size());
+    float low_x = positions[0].x, low_y = positions[0].y, low_z = positions[0].z;
+    float high_x = low_x, high_y = low_y, high_z = low_z;
+#pragma omp parallel for simd reduction(min : low_x, low_y, low_z) reduction(max : high_x, high_y, high_z)
+    for (std::int64_t i = 0; i < count; ++i) {
+        const glm::vec3& p = positions[i];
+        low_x = smaller(low_x, p.x);
+        low_y = smaller(low_y, p.y);
+        low_z = smaller(low_z, p.z);
+        high_x = larger(high_x, p.x);
+        high_y = larger(high_y, p.y);
+        high_z = larger(high_z, p.z);
     }
+    const glm::vec3 low(low_x, low_y, low_z), high(high_x, high_y, high_z);
     const glm::vec3 extent = high - low, largest = glm::max(glm::abs(low), glm::abs(high));
     const float longest = std::max(extent.x, std::max(extent.y, extent.z));
     const float magnitude = std::max(largest.x, std::max(largest.y, largest.z));
@@ -17,25 +26,6 @@ Grid make_grid(std::span<const glm::vec3> positions, float bounds_scale) {
     grid.top_size = std::max(longest * bounds_scale, std::max(magnitude * 1e-6f, 1e-20f));
     grid.origin = 0.5f * (low + high) - 0.5f * grid.top_size;
     return grid;
-}
-
-RowIndex index_rows(std::span<const glm::vec3> positions, const Grid& grid, int level) {
-    const auto count = static_cast<std::int64_t>(positions.size());
-    RowIndex index;
-    index.cells = grid.cells(level);
-    std::vector<std::uint32_t> row(positions.size());
-#pragma omp parallel for
-    for (std::int64_t i = 0; i < count; ++i) {
-        const glm::ivec3 cell = grid.locate(positions[i], level).cell;
-        row[i] = static_cast<std::uint32_t>(cell.z) * index.cells + cell.y;
-    }
-    index.begin.assign(static_cast<std::size_t>(index.cells) * index.cells + 1, 0);
-    for (const std::uint32_t r : row) ++index.begin[r + 1];
-    for (std::size_t r = 1; r < index.begin.size(); ++r) index.begin[r] += index.begin[r - 1];
-    index.order.resize(positions.size());
-    std::vector<std::uint32_t> next(index.begin.begin(), index.begin.end() - 1);
-    for (std::uint32_t i = 0; i < row.size(); ++i) index.order[next[row[i]]++] = i;
-    return index;
 }
 
 }  // namespace lab

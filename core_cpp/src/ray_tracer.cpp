@@ -11,6 +11,9 @@
 #include <omp.h>
 
 #include <algorithm>
+#include <chrono>
+#include <cstddef>
+#include <cstring>
 #include <limits>
 #include <stdexcept>
 #include <vector>
@@ -20,12 +23,29 @@
 namespace lab {
 namespace {
 
-constexpr int packet = 16;
+static_assert(sizeof(RayPacket) == sizeof(RTCRay16) && alignof(RayPacket) >= alignof(RTCRay16));
+static_assert(offsetof(RayPacket, start) == offsetof(RTCRay16, tnear));
+static_assert(offsetof(RayPacket, direction_x) == offsetof(RTCRay16, dir_x));
+static_assert(offsetof(RayPacket, time) == offsetof(RTCRay16, time));
+static_assert(offsetof(RayPacket, length) == offsetof(RTCRay16, tfar));
+static_assert(offsetof(RayPacket, mask) == offsetof(RTCRay16, mask));
+static_assert(offsetof(RayPacket, flags) == offsetof(RTCRay16, flags));
+
+RTCRay16* embree(RayPacket& packet) {
+    return reinterpret_cast<RTCRay16*>(&packet);
+}
+
+struct alignas(64) Valid {
+    int lane[RayPacket::size];
+    explicit Valid(int count) {
+        for (int i = 0; i < RayPacket::size; ++i) lane[i] = i < count ? -1 : 0;
+    }
+};
 
 #if LAB_EMBREE_MAJOR == 3
-struct Query {
+struct EmbreeQuery {
     RTCIntersectContext context;
-    explicit Query(Coherence coherence) {
+    explicit EmbreeQuery(Coherence coherence) {
         rtcInitIntersectContext(&context);
         if (coherence == Coherence::coherent) context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
     }
@@ -35,10 +55,10 @@ struct Query {
     void occluded(const int* valid, RTCScene scene, RTCRay16* rays) { rtcOccluded16(valid, scene, &context, rays); }
 };
 #else
-struct Query {
+struct EmbreeQuery {
     RTCIntersectArguments nearest;
     RTCOccludedArguments any;
-    explicit Query(Coherence coherence) {
+    explicit EmbreeQuery(Coherence coherence) {
         rtcInitIntersectArguments(&nearest);
         rtcInitOccludedArguments(&any);
         if (coherence == Coherence::coherent) nearest.flags = any.flags = RTC_RAY_QUERY_FLAG_COHERENT;
@@ -50,33 +70,51 @@ struct Query {
 };
 #endif
 
+// Fills a packet with the first rays, and returns how many it took.
+int fill(RayPacket& packet, std::span<const Ray> rays) {
+    const int count = static_cast<int>(std::min<std::size_t>(RayPacket::size, rays.size()));
+    for (int i = 0; i < count; ++i) packet.set(i, rays[i].origin, rays[i].direction, rays[i].length);
+    packet.pad(count);
+    return count;
+}
+
 [[noreturn]] void fail(RTCDevice device, const char* what) {
     throw std::runtime_error(std::string("Embree could not ") + what + " (error " +
                              std::to_string(static_cast<int>(rtcGetDeviceError(device))) + ")");
 }
 
+// What decides whether a point of a masked triangle is a hole.
+struct Mask {
+    vec2 a, b, c;            // texture coordinates of the corners
+    const Texture* texture;  // or null
+    float alpha, cutoff;
+};
+
 // The triangles of one geometry, and which of the scene's they are.
 struct Part {
     const SceneData* scene = nullptr;
     std::vector<std::uint32_t> triangle;
+    std::vector<Mask> mask;  // of each triangle, where they have holes
 };
+
+Mask mask_of(const SceneData& scene, std::uint32_t triangle) {
+    const Material& material = scene.materials[scene.material_of[triangle]];
+    const glm::uvec3 corner = scene.triangle[triangle];
+    return {scene.uv[corner.x], scene.uv[corner.y],
+            scene.uv[corner.z], material.texture >= 0 ? &scene.textures[material.texture] : nullptr,
+            material.alpha,     material.alpha_cutoff};
+}
 
 // Rejects hits in the holes of alpha-masked triangles.
 void filter_holes(const RTCFilterFunctionNArguments* args) {
     const auto& part = *static_cast<const Part*>(args->geometryUserPtr);
-    const SceneData& scene = *part.scene;
     for (unsigned i = 0; i < args->N; ++i) {
         if (args->valid[i] == 0) continue;
-        const std::uint32_t t = part.triangle[RTCHitN_primID(args->hit, args->N, i)];
-        const Material& material = scene.materials[scene.material_of[t]];
-        const glm::uvec3 corner = scene.triangle[t];
+        const Mask& mask = part.mask[RTCHitN_primID(args->hit, args->N, i)];
         const float u = RTCHitN_u(args->hit, args->N, i), v = RTCHitN_v(args->hit, args->N, i);
-        float alpha = material.alpha;
-        if (material.texture >= 0) {
-            const vec2 uv = (1 - u - v) * scene.uv[corner.x] + u * scene.uv[corner.y] + v * scene.uv[corner.z];
-            alpha *= scene.textures[material.texture].alpha(uv);
-        }
-        if (alpha < material.alpha_cutoff) args->valid[i] = 0;
+        float alpha = mask.alpha;
+        if (mask.texture) alpha *= mask.texture->alpha((1 - u - v) * mask.a + u * mask.b + v * mask.c);
+        if (alpha < mask.cutoff) args->valid[i] = 0;
     }
 }
 
@@ -105,6 +143,7 @@ struct RayTracer::Implementation {
         std::copy(data.position.begin(), data.position.end(), vertices);
         for (std::size_t i = 0; i < part.triangle.size(); ++i) indices[i] = data.triangle[part.triangle[i]];
         if (&part == &masked) {
+            for (const std::uint32_t t : part.triangle) part.mask.push_back(mask_of(data, t));
             rtcSetGeometryUserData(geometry, &part);
             rtcSetGeometryIntersectFilterFunction(geometry, filter_holes);
             rtcSetGeometryOccludedFilterFunction(geometry, filter_holes);
@@ -137,67 +176,75 @@ RayTracer::RayTracer(const SceneData& data) : self_(std::make_unique<Implementat
 
 RayTracer::~RayTracer() = default;
 
+void RayTracer::intersect(const RayPacket& packet, int count, Coherence coherence, HitPacket& hits) const {
+    alignas(64) RTCRayHit16 r;
+    std::memcpy(&r.ray, &packet, sizeof r.ray);
+    for (int i = 0; i < RayPacket::size; ++i) {
+        r.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
+        r.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
+    }
+    EmbreeQuery(coherence).intersect(Valid(count).lane, self_->scene, &r);
+    for (int i = 0; i < count; ++i) {
+        const unsigned geometry = r.hit.geomID[i];
+        const Part& part = geometry == self_->masked_id ? self_->masked : self_->solid;
+        hits.triangle[i] = geometry == RTC_INVALID_GEOMETRY_ID ? Hit::none : part.triangle[r.hit.primID[i]];
+    }
+    for (int i = count; i < RayPacket::size; ++i) hits.triangle[i] = Hit::none;
+    std::memcpy(hits.t, r.ray.tfar, sizeof hits.t);
+    std::memcpy(hits.u, r.hit.u, sizeof hits.u);
+    std::memcpy(hits.v, r.hit.v, sizeof hits.v);
+}
+
+std::uint32_t RayTracer::visible(RayPacket& packet, int count, Coherence coherence) const {
+    EmbreeQuery(coherence).occluded(Valid(count).lane, self_->scene, embree(packet));
+    std::uint32_t free = 0;
+    for (int i = 0; i < RayPacket::size; ++i)  // Embree sets -inf where blocked
+        free |= static_cast<std::uint32_t>(packet.length[i] >= 0) << i;
+    return free & ((1u << count) - 1u);
+}
+
 void RayTracer::intersect(std::span<const Ray> rays, std::span<Hit> hits, Coherence coherence) const {
-    Query query(coherence);
-    for (std::size_t first = 0; first < rays.size(); first += packet) {
-        alignas(64) RTCRayHit16 r;
-        alignas(64) int valid[packet];
-        const int count = static_cast<int>(std::min<std::size_t>(packet, rays.size() - first));
-        for (int i = 0; i < packet; ++i) {
-            const Ray& ray = rays[first + std::min(i, count - 1)];
-            valid[i] = i < count ? -1 : 0;
-            r.ray.org_x[i] = ray.origin.x;
-            r.ray.org_y[i] = ray.origin.y;
-            r.ray.org_z[i] = ray.origin.z;
-            r.ray.dir_x[i] = ray.direction.x;
-            r.ray.dir_y[i] = ray.direction.y;
-            r.ray.dir_z[i] = ray.direction.z;
-            r.ray.tnear[i] = 0;
-            r.ray.tfar[i] = ray.length;
-            r.ray.time[i] = 0;
-            r.ray.mask[i] = 0xffffffffu;
-            r.ray.id[i] = 0;
-            r.ray.flags[i] = 0;
-            r.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
-            r.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
-        }
-        query.intersect(valid, self_->scene, &r);
+    RayPacket packet;
+    HitPacket found;
+    for (std::size_t first = 0; first < rays.size(); first += RayPacket::size) {
+        const int count = fill(packet, rays.subspan(first));
+        intersect(packet, count, coherence, found);
         for (int i = 0; i < count; ++i) {
-            const unsigned geometry = r.hit.geomID[i];
             Hit& hit = hits[first + i];
             hit = Hit{};
-            if (geometry == RTC_INVALID_GEOMETRY_ID) continue;
-            const Part& part = geometry == self_->masked_id ? self_->masked : self_->solid;
-            hit = {part.triangle[r.hit.primID[i]], r.ray.tfar[i], r.hit.u[i], r.hit.v[i]};
+            if (found.triangle[i] != Hit::none) hit = {found.triangle[i], found.t[i], found.u[i], found.v[i]};
         }
     }
 }
 
 void RayTracer::visible(std::span<const Ray> rays, std::span<std::uint8_t> visible, Coherence coherence) const {
-    Query query(coherence);
-    for (std::size_t first = 0; first < rays.size(); first += packet) {
-        alignas(64) RTCRay16 r;
-        alignas(64) int valid[packet];
-        const int count = static_cast<int>(std::min<std::size_t>(packet, rays.size() - first));
-        for (int i = 0; i < packet; ++i) {
-            const Ray& ray = rays[first + std::min(i, count - 1)];
-            valid[i] = i < count ? -1 : 0;
-            r.org_x[i] = ray.origin.x;
-            r.org_y[i] = ray.origin.y;
-            r.org_z[i] = ray.origin.z;
-            r.dir_x[i] = ray.direction.x;
-            r.dir_y[i] = ray.direction.y;
-            r.dir_z[i] = ray.direction.z;
-            r.tnear[i] = 0;
-            r.tfar[i] = ray.length;
-            r.time[i] = 0;
-            r.mask[i] = 0xffffffffu;
-            r.id[i] = 0;
-            r.flags[i] = 0;
-        }
-        query.occluded(valid, self_->scene, &r);
-        for (int i = 0; i < count; ++i) visible[first + i] = r.tfar[i] >= 0;  // Embree sets -inf where blocked
+    RayPacket packet;
+    for (std::size_t first = 0; first < rays.size(); first += RayPacket::size) {
+        const int count = fill(packet, rays.subspan(first));
+        const std::uint32_t free = this->visible(packet, count, coherence);
+        for (int i = 0; i < count; ++i) visible[first + i] = (free >> i) & 1u;
     }
+}
+
+double RayTracer::seconds(std::span<const Prepared> packets, Query query) const {
+    const auto count = static_cast<std::int64_t>(packets.size());
+    std::vector<RTCRayHit16> work(packets.size());
+    for (std::int64_t i = 0; i < count; ++i) {
+        std::memcpy(&work[i].ray, &packets[i].packet, sizeof work[i].ray);
+        for (int lane = 0; lane < RayPacket::size; ++lane)
+            work[i].hit.geomID[lane] = work[i].hit.instID[0][lane] = RTC_INVALID_GEOMETRY_ID;
+    }
+    const auto start = std::chrono::steady_clock::now();
+#pragma omp parallel for schedule(dynamic, 64)
+    for (std::int64_t i = 0; i < count; ++i) {
+        EmbreeQuery embree(packets[i].coherence);
+        const Valid valid(packets[i].count);
+        if (query == Query::nearest)
+            embree.intersect(valid.lane, self_->scene, &work[i]);
+        else
+            embree.occluded(valid.lane, self_->scene, &work[i].ray);
+    }
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
 std::string RayTracer::version() {

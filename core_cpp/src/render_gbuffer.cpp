@@ -1,54 +1,194 @@
-#include "lab/render_gbuffer.h"
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "src/render_gbuffer.cpp"
+#include <hwy/foreach_target.h>
 
 #include <algorithm>
-#include <array>
+#include <bit>
 #include <cmath>
+#include <numbers>
 
+#include "lab/render_gbuffer.h"
+#include "lab/reservoir.h"
+#include "lab/select.h"
+#include "lab/side_by_side.h"
+
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
 namespace lab {
+namespace HWY_NAMESPACE {
+namespace {
+
+constexpr int lanes = RayPacket::size;
+using Lanes = float[lanes];
+
+int FillRays(const PixelBlocks& blocks, int column, int row, RayPacket& packet) {
+    const int left = column * PixelBlocks::side, top = row * PixelBlocks::side;
+    const int across = std::min(PixelBlocks::side, blocks.width() - left);
+    const int count = across * std::min(PixelBlocks::side, blocks.height() - top);
+    double x[lanes], y[lanes];
+    for (int i = 0; i < lanes; ++i) {
+        const int pixel = std::min(i, count - 1);
+        x[i] = left + pixel % across + 0.5;
+        y[i] = top + pixel / across + 0.5;
+    }
+    const CameraRays& camera = blocks.camera();
+    const vec3 eye = camera.eye();
+#pragma omp simd
+    for (int i = 0; i < lanes; ++i) {
+        const vec3 direction = camera.direction(x[i], y[i]);
+        packet.origin_x[i] = eye.x;
+        packet.origin_y[i] = eye.y;
+        packet.origin_z[i] = eye.z;
+        packet.direction_x[i] = direction.x;
+        packet.direction_y[i] = direction.y;
+        packet.direction_z[i] = direction.z;
+        packet.length[i] = std::numeric_limits<float>::infinity();
+    }
+    return count;
+}
+
+// Sixteen hits, their corners and materials, column by column as the rows of Scene::vertices() and materials() are.
+struct Corners {
+    Lanes a[12], b[12], c[12], material[8];
+};
+
+// What the camera sees there.
+struct Seen {
+    Lanes position[3], geometric_normal[3], normal[3], albedo[3], emission[3], depth;
+    Lanes u, v, level;  // of the texture; to the level comes log2(texels) / 2
+};
+
+void find_corners(const Scene& scene, const HitPacket& hits, int count, Corners& corners) {
+    const SceneData& data = scene.data();
+    std::uint32_t index[4][lanes];
+    for (int i = 0; i < lanes; ++i) {
+        const std::uint32_t t = i < count && hits.triangle[i] != Hit::none ? hits.triangle[i] : 0;
+        const glm::uvec3 corner = data.triangle[t];
+        index[0][i] = corner.x;
+        index[1][i] = corner.y;
+        index[2][i] = corner.z;
+        index[3][i] = data.material_of[t];
+    }
+    side_by_side<3>(scene.vertices().data(), index[0], lanes, corners.a);
+    side_by_side<3>(scene.vertices().data(), index[1], lanes, corners.b);
+    side_by_side<3>(scene.vertices().data(), index[2], lanes, corners.c);
+    side_by_side<2>(scene.materials().data(), index[3], lanes, corners.material);
+}
+
+// As Scene::surface() and Surface::turn_toward(), for all hits at once. The cross product in double, as there.
+void see_geometry(const RayPacket& rays, const HitPacket& hits, const Corners& corners, float pixel_angle, Seen& seen) {
+    const auto &a = corners.a, &b = corners.b, &c = corners.c;
+#pragma omp simd
+    for (int i = 0; i < lanes; ++i) {
+        const float u = hits.u[i], v = hits.v[i], w = 1 - u - v;
+        for (int k = 0; k < 3; ++k) seen.position[k][i] = w * a[k][i] + u * b[k][i] + v * c[k][i];
+        const double ex = double{b[0][i]} - a[0][i], ey = double{b[1][i]} - a[1][i], ez = double{b[2][i]} - a[2][i];
+        const double fx = double{c[0][i]} - a[0][i], fy = double{c[1][i]} - a[1][i], fz = double{c[2][i]} - a[2][i];
+        const double cx = ey * fz - ez * fy, cy = ez * fx - ex * fz, cz = ex * fy - ey * fx;
+        const double length = std::sqrt(cx * cx + cy * cy + cz * cz), scale = length > 0 ? 1 / length : 0;
+        const float gx = static_cast<float>(cx * scale), gy = static_cast<float>(cy * scale);
+        const float gz = static_cast<float>(cz * scale);
+        const float dx = rays.direction_x[i], dy = rays.direction_y[i], dz = rays.direction_z[i];
+        const float along = gx * dx + gy * dy + gz * dz;
+        const float turn = along <= 0 ? 1.0f : -1.0f;
+        seen.geometric_normal[0][i] = turn * gx;
+        seen.geometric_normal[1][i] = turn * gy;
+        seen.geometric_normal[2][i] = turn * gz;
+
+        const float nx = w * a[4][i] + u * b[4][i] + v * c[4][i], ny = w * a[5][i] + u * b[5][i] + v * c[5][i];
+        const float nz = w * a[6][i] + u * b[6][i] + v * c[6][i];
+        const float n_length = std::sqrt(nx * nx + ny * ny + nz * nz);
+        const bool smooth = n_length > 1e-6f;
+        const float n_scale = 1 / (smooth ? n_length : 1.0f);
+        const float sx = smooth ? nx * n_scale : gx, sy = smooth ? ny * n_scale : gy, sz = smooth ? nz * n_scale : gz;
+        const float side = (sx * gx + sy * gy + sz * gz) * turn < 0 ? -1.0f : 1.0f;
+        seen.normal[0][i] = side * sx;
+        seen.normal[1][i] = side * sy;
+        seen.normal[2][i] = side * sz;
+
+        const float shown = along <= 0 ? 1.0f : corners.material[7][i];
+        for (int k = 0; k < 3; ++k) {
+            seen.albedo[k][i] = corners.material[k][i] * (w * a[8 + k][i] + u * b[8 + k][i] + v * c[8 + k][i]);
+            seen.emission[k][i] = shown > 0 ? corners.material[4 + k][i] : 0.0f;
+        }
+        seen.u[i] = w * a[3][i] + u * b[3][i] + v * c[3][i];
+        seen.v[i] = w * a[7][i] + u * b[7][i] + v * c[7][i];
+        // Texels per pixel: ratio of the triangle's areas in the texture and in space, by the ray's cone there.
+        const float eu = b[3][i] - a[3][i], ev = b[7][i] - a[7][i], fu = c[3][i] - a[3][i], fv = c[7][i] - a[7][i];
+        const float cone = hits.t[i] * pixel_angle, slope = larger(0.05f, magnitude(along));
+        const float share = magnitude(eu * fv - ev * fu) / static_cast<float>(length) * (cone * cone / slope);
+        seen.level[i] = 0.5f * (natural_log(share) * std::numbers::log2e_v<float>);
+    }
+}
+
+void texture(const Scene& scene, const Corners& corners, const HitPacket& hits, int count, Seen& seen) {
+    for (int i = 0; i < count; ++i) {
+        const int t = std::bit_cast<std::int32_t>(corners.material[3][i]);
+        if (t < 0 || hits.triangle[i] == Hit::none) continue;
+        const Texture& texture = scene.data().textures[t];
+        const vec3 colour = texture.sample({seen.u[i], seen.v[i]}, seen.level[i] + 0.5f * texture.log2_texels());
+        for (int k = 0; k < 3; ++k) seen.albedo[k][i] *= colour[k];
+    }
+}
+
+vec3 lane(const Lanes* columns, int i) {
+    return {columns[0][i], columns[1][i], columns[2][i]};
+}
+
+void RenderRow(const Scene& scene, const PixelBlocks& blocks, int row, GBufferData& g) {
+    RayPacket rays;
+    HitPacket hits;
+    Corners corners;
+    Seen seen;
+    for (int column = 0; column < blocks.columns(); ++column) {
+        const int count = FillRays(blocks, column, row, rays);
+        scene.rays().intersect(rays, count, Coherence::coherent, hits);
+        find_corners(scene, hits, count, corners);
+        see_geometry(rays, hits, corners, g.pixel_angle, seen);
+        texture(scene, corners, hits, count, seen);
+        const int left = column * PixelBlocks::side, across = std::min(PixelBlocks::side, blocks.width() - left);
+        for (int i = 0; i < count; ++i) {
+            const int x = left + i % across, y = row * PixelBlocks::side + i / across;
+            const std::size_t p = static_cast<std::size_t>(y) * blocks.width() + x;
+            const bool found = hits.triangle[i] != Hit::none;
+            g.position[p] = found ? lane(seen.position, i) : vec3(0.0f);
+            g.geometric_normal[p] = found ? lane(seen.geometric_normal, i) : vec3(0.0f);
+            g.normal[p] = found ? lane(seen.normal, i) : vec3(0.0f);
+            g.albedo[p] = found ? lane(seen.albedo, i) : vec3(0.0f);
+            g.emission[p] = found ? lane(seen.emission, i) : vec3(0.0f);
+            const vec3 direction(rays.direction_x[i], rays.direction_y[i], rays.direction_z[i]);
+            g.depth[p] = found ? blocks.camera().depth(direction, hits.t[i]) : 0.0f;
+        }
+    }
+}
+
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace lab
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace lab {
+
+HWY_EXPORT(FillRays);
+HWY_EXPORT(RenderRow);
+
+int PixelBlocks::rays(int column, int row, RayPacket& packet) const {
+    return HWY_DYNAMIC_DISPATCH(FillRays)(*this, column, row, packet);
+}
 
 GBufferData render_gbuffer(const Scene& scene, const Camera& camera, int width, int height) {
     const std::size_t pixels = static_cast<std::size_t>(width) * height;
     GBufferData g;
-    for (auto* plane : {&g.position, &g.normal, &g.geometric_normal, &g.albedo, &g.emission})
-        plane->assign(pixels, vec3(0.0f));
-    g.depth.assign(pixels, 0.0f);
-
-    const CameraRays camera_rays(camera, width, height);
-    g.pixel_angle = camera_rays.pixel_angle();
-
-    // Packets of 4 x 4 pixels: neighbours in both directions stay together in the tree.
-    constexpr int block = 4;
-    const int blocks_x = (width + block - 1) / block, blocks_y = (height + block - 1) / block;
+    for (auto* plane : {&g.position, &g.normal, &g.geometric_normal, &g.albedo, &g.emission}) plane->resize(pixels);
+    g.depth.resize(pixels);
+    const PixelBlocks blocks(camera, width, height);
+    g.pixel_angle = blocks.camera().pixel_angle();
 #pragma omp parallel for schedule(dynamic)
-    for (int by = 0; by < blocks_y; ++by)
-        for (int bx = 0; bx < blocks_x; ++bx) {
-            std::array<Ray, block * block> rays;
-            std::array<Hit, block * block> hits;
-            std::array<std::size_t, block * block> pixel;
-            std::size_t count = 0;
-            for (int y = by * block; y < std::min(height, (by + 1) * block); ++y)
-                for (int x = bx * block; x < std::min(width, (bx + 1) * block); ++x) {
-                    pixel[count] = static_cast<std::size_t>(y) * width + x;
-                    rays[count++] = camera_rays.through(x + 0.5, y + 0.5);
-                }
-            scene.rays().intersect(std::span(rays.data(), count), std::span(hits.data(), count), Coherence::coherent);
-            for (std::size_t i = 0; i < count; ++i) {
-                if (!hits[i].found()) continue;
-                const vec3 view = rays[i].direction;
-                const vec3 ng = scene.triangle_normal(hits[i].triangle);
-                const float slope = std::max(0.05f, std::abs(glm::dot(ng, view)));
-                Surface s = scene.surface(hits[i], hits[i].t * g.pixel_angle / std::sqrt(slope));
-                const bool front = s.turn_toward(view);
-                const std::size_t p = pixel[i];
-                g.position[p] = s.position;
-                g.geometric_normal[p] = s.geometric_normal;
-                g.normal[p] = s.normal;
-                g.albedo[p] = s.albedo;
-                g.emission[p] = front || s.emits_back ? s.emission : vec3(0.0f);
-                g.depth[p] = camera_rays.depth(rays[i], hits[i].t);
-            }
-        }
+    for (int row = 0; row < blocks.rows(); ++row) HWY_DYNAMIC_DISPATCH(RenderRow)(scene, blocks, row, g);
     return g;
 }
 
 }  // namespace lab
+#endif

@@ -19,6 +19,11 @@ Scene::Scene(SceneData data) : data_(std::move(data)) {
     radius_ = 0.0f;
     for (const glm::uvec3& t : data_.triangle)
         for (int k = 0; k < 3; ++k) radius_ = std::max(radius_, glm::distance(centre_, data_.position[t[k]]));
+    vertices_.reserve(data_.position.size());
+    for (std::size_t i = 0; i < data_.position.size(); ++i)
+        vertices_.push_back({data_.position[i], data_.uv[i].x, data_.normal[i], data_.uv[i].y, data_.colour[i], 0.0f});
+    for (const Material& m : data_.materials)
+        materials_.push_back({m.base_colour, m.texture, m.emission, m.two_sided ? 1.0f : 0.0f});
     find_emitters();
     rays_ = std::make_unique<RayTracer>(data_);
 }
@@ -96,14 +101,9 @@ Surface Scene::surface(const Hit& hit, float footprint) const {
                 glm::cross(data_.position[t.y] - data_.position[t.x], data_.position[t.z] - data_.position[t.x]));
             level = 0.5f * std::log2(texels / area * footprint * footprint);
         }
-        s.albedo *= vec3(texture.sample(w * a + hit.u * b + hit.v * c, level));
+        s.albedo *= texture.sample(w * a + hit.u * b + hit.v * c, level);
     }
     return s;
-}
-
-vec3 Scene::off_surface(const vec3& point, const vec3& normal) const {
-    const float magnitude = std::max(std::abs(point.x), std::max(std::abs(point.y), std::abs(point.z)));
-    return point + (1e-5f * radius_ + 4e-7f * magnitude) * normal;
 }
 
 float spot_attenuation(const SpotLight& spot, float cos_angle) {

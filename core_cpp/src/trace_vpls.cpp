@@ -1,7 +1,9 @@
 #include "lab/trace_vpls.h"
 
 #include <algorithm>
+#include <array>
 #include <limits>
+#include <numeric>
 
 #include "lab/light_paths.h"
 #include "lab/sampling.h"
@@ -11,11 +13,11 @@ namespace {
 
 constexpr std::int64_t chunk_paths = 256;  // traced together by one thread
 
-// The VPLs of a run of paths, in path order, and for each the path that made it.
-struct Chunk {
-    std::vector<vec3> position, flux, normal;
-    std::vector<std::int64_t> path;
+struct Vpl {
+    vec3 position, flux, normal;
+    std::int64_t path;  // that made it
 };
+using Chunk = std::vector<Vpl>;  // of a run of paths, in path order
 
 struct Walker {
     vec3 flux;
@@ -24,19 +26,24 @@ struct Walker {
 
 // Advances all paths of a chunk bounce by bounce; VPLs come out by bounce and are put into path order
 // afterwards.
-Chunk trace_chunk(const Scene& scene, const LightPaths& lights, std::int64_t first, int max_bounces,
-                  std::uint32_t key) {
+Chunk trace_chunk(const Scene& scene, const LightPaths& lights, std::int64_t first, int max_bounces, std::uint32_t key,
+                  const SeeRays& see) {
     std::vector<Ray> rays;
     std::vector<Walker> walkers;
+    rays.reserve(chunk_paths);
+    walkers.reserve(chunk_paths);
     for (std::int64_t path = first; path < first + chunk_paths; ++path) {
         const EmittedRay start = lights.emit(static_cast<std::uint32_t>(path), key);
         rays.push_back(start.ray);
         walkers.push_back({start.flux, path});
     }
     Chunk found;
+    found.reserve(3 * chunk_paths);
+    std::array<std::uint32_t, chunk_paths + 1> begin{};  // of each path's VPLs, once these are counted
     std::vector<Hit> hits;
     for (int bounce = 0; bounce < max_bounces && !rays.empty(); ++bounce) {
         hits.resize(rays.size());
+        if (see) see(rays);
         scene.rays().intersect(rays, hits, Coherence::incoherent);
         std::size_t alive = 0;
         for (std::size_t i = 0; i < rays.size(); ++i) {
@@ -47,10 +54,8 @@ Chunk trace_chunk(const Scene& scene, const LightPaths& lights, std::int64_t fir
             surface.turn_toward(rays[i].direction);
             const vec3 side = surface.geometric_normal, normal = surface.normal;
             const vec3 position = scene.off_surface(surface.position, side);
-            found.position.push_back(position);
-            found.flux.push_back(flux);
-            found.normal.push_back(normal);
-            found.path.push_back(walkers[i].path);
+            found.push_back({position, flux, normal, walkers[i].path});
+            ++begin[walkers[i].path - first + 1];
             const Random4 r = random4(static_cast<std::uint32_t>(walkers[i].path), static_cast<std::uint32_t>(bounce),
                                       Stream::bounce, key);
             const vec3 next = sample_cosine(normal, to_unit(r.x), to_unit(r.y));
@@ -62,53 +67,59 @@ Chunk trace_chunk(const Scene& scene, const LightPaths& lights, std::int64_t fir
         rays.resize(alive);
         walkers.resize(alive);
     }
-    std::vector<std::size_t> order(found.path.size());
-    for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
-    std::stable_sort(order.begin(), order.end(),
-                     [&](std::size_t a, std::size_t b) { return found.path[a] < found.path[b]; });
-    Chunk sorted;
-    for (const std::size_t i : order) {
-        sorted.position.push_back(found.position[i]);
-        sorted.flux.push_back(found.flux[i]);
-        sorted.normal.push_back(found.normal[i]);
-        sorted.path.push_back(found.path[i]);
-    }
+    std::partial_sum(begin.begin(), begin.end(), begin.begin());
+    Chunk sorted(found.size());
+    for (const Vpl& vpl : found) sorted[begin[vpl.path - first]++] = vpl;  // bounces stay in order
     return sorted;
 }
 
 }  // namespace
 
-VplData trace_vpls(const Scene& scene, const Params& params) {
+VplData trace_vpls(const Scene& scene, const Params& params, const SeeRays& see) {
     const LightPaths lights(scene);
     if (lights.empty()) throw UnlitScene("the scene has no light with any power");
     const std::uint32_t key = frame_key(params.seed, 0);  // frames share their lights
     const auto wanted = static_cast<std::size_t>(params.vpls);
     const std::int64_t patience = 1'000'000, most = std::max<std::int64_t>(1000 * params.vpls, 100'000'000);
     VplData vpls;
-    for (std::int64_t launched = 0; vpls.position.size() < wanted;) {
-        const auto missing = static_cast<std::int64_t>(wanted - vpls.position.size());
+    vpls.position.resize(wanted);
+    vpls.flux.resize(wanted);
+    vpls.normal.resize(wanted);
+    std::size_t done = 0;
+    for (std::int64_t launched = 0; done < wanted;) {
+        const auto missing = static_cast<std::int64_t>(wanted - done);
         const std::int64_t chunks = std::clamp<std::int64_t>(missing / chunk_paths / 2, 4, 1024);
         std::vector<Chunk> found(chunks);
 #pragma omp parallel for schedule(dynamic)
         for (std::int64_t c = 0; c < chunks; ++c)
-            found[c] = trace_chunk(scene, lights, launched + c * chunk_paths, params.max_bounces, key);
+            found[c] = trace_chunk(scene, lights, launched + c * chunk_paths, params.max_bounces, key, see);
         launched += chunks * chunk_paths;
-        for (const Chunk& chunk : found)
-            for (std::size_t i = 0; i < chunk.path.size() && vpls.position.size() < wanted; ++i) {
-                vpls.position.push_back(chunk.position[i]);
-                vpls.flux.push_back(chunk.flux[i]);
-                vpls.normal.push_back(chunk.normal[i]);
-                vpls.paths_launched = chunk.path[i] + 1;
+        std::vector<std::size_t> first{done};
+        for (const Chunk& chunk : found) first.push_back(std::min(wanted, first.back() + chunk.size()));
+#pragma omp parallel for
+        for (std::int64_t c = 0; c < chunks; ++c)
+            for (std::size_t i = first[c]; i < first[c + 1]; ++i) {
+                const Vpl& vpl = found[c][i - first[c]];
+                vpls.position[i] = vpl.position;
+                vpls.flux[i] = vpl.flux;
+                vpls.normal[i] = vpl.normal;
             }
-        if (vpls.position.empty() && launched >= patience)
+        for (std::int64_t c = chunks; c-- > 0 && first[chunks] > done;)
+            if (first[c + 1] > first[c]) {
+                vpls.paths_launched = found[c][first[c + 1] - first[c] - 1].path + 1;
+                break;
+            }
+        done = first[chunks];
+        if (done == 0 && launched >= patience)
             throw UnlitScene("none of " + std::to_string(launched) +
                              " rays from the lights reached a surface that reflects");
-        if (vpls.position.size() < wanted && launched >= most)
-            throw UnlitScene("only " + std::to_string(vpls.position.size()) + " of " + std::to_string(launched) +
+        if (done < wanted && launched >= most)
+            throw UnlitScene("only " + std::to_string(done) + " of " + std::to_string(launched) +
                              " rays from the lights reached a surface that reflects");
     }
     const float scale = 1.0f / static_cast<float>(vpls.paths_launched);
-    for (vec3& flux : vpls.flux) flux *= scale;
+#pragma omp parallel for
+    for (std::size_t i = 0; i < wanted; ++i) vpls.flux[i] *= scale;
     return vpls;
 }
 

@@ -109,7 +109,7 @@ class Bench:
         """The hierarchy's unshadowed light, with the shadows of :attr:`summed`: times the share of light it lets by."""
         plain = params.replace(shadow_samples=0, direct_samples=0, filter="none", compensation="none")
         hierarchy = self.engine.build_hierarchy(self.lights, plain)
-        lighting = self.engine.light(hierarchy, self.gbuffer, plain)
+        lighting = self.engine.light(hierarchy, self.gbuffer, plain, counts=False)
         shadows = self.engine.trace_shadow_rays(hierarchy, self.gbuffer, lighting, plain)
         filtered = self.engine.filter_shadows(self.gbuffer, shadows, plain)
         image = self.engine.composite(self.gbuffer, lighting, shadows, filtered, plain)
@@ -133,7 +133,7 @@ class Bench:
         for i in range(frames):
             tell(i / frames)
             settings = params.replace(frame=(params.frame + i) % 2**32, direct_samples=0, compensation="none")
-            lighting = self.engine.light(hierarchy, self.gbuffer, settings)
+            lighting = self.engine.light(hierarchy, self.gbuffer, settings, counts=False)
             found.append(_without_rays(self.engine.trace_shadow_rays(hierarchy, self.gbuffer, lighting, settings)))
         sums: dict[str, Floats] = {
             name: np.asarray(np.mean([getattr(f, name) for f in found], axis=0, dtype=np.float64), np.float32)
@@ -162,7 +162,7 @@ class Bench:
         plain = params.replace(direct_samples=0, compensation="none", interleave=1)
         check_memory(len(self.lights), self.size, plain)
         hierarchy = self.engine.build_hierarchy(self.lights, plain)
-        lighting = self.engine.light(hierarchy, self.gbuffer, plain)
+        lighting = self.engine.light(hierarchy, self.gbuffer, plain, counts=False)
         samples = self.engine.trace_shadow_rays(hierarchy, self.gbuffer, lighting, plain)
         return Picture(self._composed(lighting, samples, plain))
 

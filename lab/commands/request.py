@@ -59,7 +59,7 @@ def read_request(args: argparse.Namespace) -> Request:
         preset=preset_name,
         size=_size(getattr(args, "size", None), old_scene.get("size")),
         engine=engine,
-        threads=None if args.threads is None else _whole("--threads", args.threads, 1, MOST_THREADS),
+        threads=None if args.threads is None else whole_number("--threads", args.threads, 1, MOST_THREADS),
         quiet=args.quiet,
         overrides=overrides,
         record=path,
@@ -110,7 +110,8 @@ def _size(text: str | None, recorded: object) -> tuple[int, int]:
     return size
 
 
-def _whole(flag: str, text: str, low: int, high: int) -> int:
+def whole_number(flag: str, text: str, low: int, high: int) -> int:
+    """The number of a flag, checked."""
     if not (text.isdecimal() and len(text) <= _MOST_DIGITS) or not low <= int(text) <= high:
         raise LabError(f"{flag} {text}: expected a whole number from {low} to {high}")
     return int(text)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,18 @@ from lab import _core
 from lab.engine.simd import use_simd_of_environment
 from lab.errors import LabError
 from lab.params import Params
-from lab.records import FilteredShadows, Floats, GBuffer, Hierarchy, Image, Lighting, Lights, Members, ShadowSamples
+from lab.records import (
+    FilteredShadows,
+    Floats,
+    Frame,
+    GBuffer,
+    Hierarchy,
+    Image,
+    Lighting,
+    Lights,
+    Members,
+    ShadowSamples,
+)
 from lab.scene.scene import Camera, Mesh, Scene
 
 Doubles = NDArray[np.float64]
@@ -63,6 +75,23 @@ class CpuEngine:
         """
         return _core.brute_force(self._core_scene, lights, gbuffer, *rows, draws, pass_number, params.to_core())
 
+    def light_kernel_rate(self, hierarchy: Hierarchy, gbuffer: GBuffer, params: Params) -> float:
+        """Pairs of pixel and light a second that a plain kernel evaluates on perfect lists; 0 where there are none."""
+        return _core.light_kernel_rate(hierarchy, gbuffer, params.to_core(), self.scene_radius)
+
+    def embree_alone(self, stage: str, frame: Frame) -> tuple[int, float]:
+        """Of a stage that traces rays: how many, and the seconds that Embree alone takes for these very rays."""
+        scene, settings, (width, height) = self._core_scene, frame.params.to_core(), frame.gbuffer.size
+        if stage == "trace_vpls":
+            if self.scene.light_list is not None:
+                return 0, 0.0
+            found = _core.limit_vpl_rays(scene, settings, 1)
+        elif stage == "render_gbuffer":
+            found = _core.limit_gbuffer_rays(scene, frame.camera, width, height, 1)
+        else:
+            found = _core.limit_shadow_rays(scene, frame.hierarchy, frame.gbuffer, frame.lighting, settings, 1)
+        return found["rays"], found["seconds"]
+
     def trace_vpls(self, params: Params) -> Lights:
         """VPLs by paths from the scene's lights; a scene with a light list is lit by that list instead."""
         if self.scene.light_list is not None:
@@ -83,9 +112,9 @@ class CpuEngine:
         """One ray through each pixel's centre."""
         return GBuffer(**_core.render_gbuffer(self._core_scene, camera, *size))
 
-    def light(self, hierarchy: Hierarchy, gbuffer: GBuffer, params: Params) -> Lighting:
-        """LY19 3.2, 3.3: tiles of pixels, each with its own culled lists."""
-        return Lighting(**_core.light(hierarchy, gbuffer, params.to_core(), self.scene_radius))
+    def light(self, hierarchy: Hierarchy, gbuffer: GBuffer, params: Params, counts: bool = True) -> Lighting:
+        """LY19 3.2, 3.3: groups of pixels, each with its own culled list of lights."""
+        return Lighting(**_core.light(hierarchy, gbuffer, params.to_core(), self.scene_radius, counts))
 
     def trace_shadow_rays(
         self, hierarchy: Hierarchy, gbuffer: GBuffer, lighting: Lighting, params: Params
@@ -136,10 +165,20 @@ def build_hierarchy(lights: Lights, params: Params | None = None) -> Hierarchy:
     The member lists that shadow points are drawn from are built where `params` will draw from them.
     """
     params = params or Params()
-    with_members = params.shadow_samples > 0 and params.shadow_points == "members"
-    found = _core.build_hierarchy(lights, params.to_core(), with_members)
-    lists = [found.pop(name) for name in ("member_offset", "member_slot")]
-    return Hierarchy(**found, members=Members(*lists) if with_members else None)
+    hierarchy = build_levels(lights, params)
+    if params.shadow_samples > 0 and params.shadow_points == "members":
+        return replace(hierarchy, members=build_members(hierarchy, params))
+    return hierarchy
+
+
+def build_levels(lights: Lights, params: Params) -> Hierarchy:
+    """The hierarchy without member lists."""
+    return Hierarchy(**_core.build_hierarchy(lights, params.to_core()))
+
+
+def build_members(hierarchy: Hierarchy, params: Params) -> Members:
+    """The lists that shadow points are drawn from; `params`: those that `hierarchy` was built with."""
+    return Members(**_core.build_members(hierarchy, params.to_core()))
 
 
 def _core_scene(scene: Scene) -> _core.Scene:

@@ -35,8 +35,11 @@ class Engine(Protocol):
     def render_gbuffer(self, camera: Camera, size: tuple[int, int]) -> GBuffer:
         """What `camera` sees; `size` = (width, height)."""
 
-    def light(self, hierarchy: Hierarchy, gbuffer: GBuffer, params: Params) -> Lighting:
-        """LY19 3.2 and 3.3: unshadowed light, and the shadow samples picked on the way."""
+    def light(self, hierarchy: Hierarchy, gbuffer: GBuffer, params: Params, counts: bool = True) -> Lighting:
+        """LY19 3.2 and 3.3: unshadowed light, and the shadow samples picked on the way.
+
+        The `counts` of lights are an instrument: no later stage reads them, and a frame is faster without.
+        """
 
     def trace_shadow_rays(
         self, hierarchy: Hierarchy, gbuffer: GBuffer, lighting: Lighting, params: Params

@@ -8,7 +8,7 @@ from lab.errors import LabError
 from lab.params import Params
 
 # Measured on frames of 1K..1M VPLs and 0.06..0.9 million pixels, rounded up.
-_BYTES_PER_LIGHT = 1200
+_BYTES_PER_LIGHT = 450
 _BYTES_PER_PIXEL, _BYTES_PER_SHADOW_SAMPLE = 320, 40
 
 
@@ -43,6 +43,10 @@ def check_memory(lights: int, size: tuple[int, int], params: Params) -> None:
 def refuse_unless_it_fits(work: str, needs: dict[str, int]) -> None:
     """Raises :class:`LabError` where the bytes that this `work` needs, by what needs them, are more than there are."""
     available = available_bytes()
+    if available is not None:
+        from lab import _core
+
+        available += _core.buffer_bytes()["kept"]  # ours already, for this very use
     if available is not None and sum(needs.values()) > available:
         what, most = max(needs.items(), key=lambda item: item[1])
         raise LabError(

@@ -39,7 +39,7 @@ def overdraw_growth(scene: Scene, size: tuple[int, int], counts: list[int]) -> G
         hierarchy = engine.build_hierarchy(engine.trace_vpls(params), params)
         lighting = engine.light(hierarchy, gbuffer, params)
         grid_lights.append(len(hierarchy.position) - len(hierarchy.input_index))
-        overdraw.append(float(lighting.overdraw.sum(axis=0)[seen].mean()))
+        overdraw.append(float(lighting.counts()[0].sum(axis=0)[seen].mean()))
     x, y = np.log(grid_lights), np.array(overdraw)
     slope, start = np.polyfit(x, y, 1)
     residual = float(np.sum((y - start - slope * x) ** 2) / np.sum((y - y.mean()) ** 2))

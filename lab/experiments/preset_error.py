@@ -50,7 +50,7 @@ def preset_errors(scene: Scene, size: tuple[int, int], vpls: int, alphas: tuple[
     for name in PRESETS:
         for alpha in alphas:
             params = preset(name, alpha=alpha, vpls=vpls, shadow_samples=0)
-            lit = engine.light(engine.build_hierarchy(lights, params), gbuffer, params).irradiance[seen]
+            lit = engine.light(engine.build_hierarchy(lights, params), gbuffer, params, counts=False).irradiance[seen]
             yield PresetError("unshadowed", name, alpha, rel_mse(lit, exact), energy_ratio(lit, exact))
     # 0 draws: a ray to every light.
     everything_shadowed = engine.brute_force(lights, gbuffer, (0, size[1]), plain, draws=0, pass_number=0)
@@ -59,7 +59,7 @@ def preset_errors(scene: Scene, size: tuple[int, int], vpls: int, alphas: tuple[
         for alpha in alphas:
             params = preset(name, alpha=alpha, vpls=vpls, shadow_samples=64, filter="none")
             hierarchy = engine.build_hierarchy(lights, params)
-            lighting = engine.light(hierarchy, gbuffer, params)
+            lighting = engine.light(hierarchy, gbuffer, params, counts=False)
             shadows = engine.trace_shadow_rays(hierarchy, gbuffer, lighting, params)
             filtered = engine.filter_shadows(gbuffer, shadows, params)
             image = engine.composite(gbuffer, lighting, shadows, filtered, params)

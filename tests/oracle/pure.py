@@ -70,6 +70,25 @@ def falloff(d2, kind, clamp):
     return 1 / (np.maximum(d2, clamp**2) if kind == "clamped" else d2 + clamp**2)
 
 
+def reservoir_picks(weight, uniform, batch):
+    """Weighted reservoir over (n,) weights in batches, by (m, batches) uniforms: (m,) picks, -1 for none.
+
+    A batch replaces the pick with its share of all weight so far. The uniform that decides so, re-scaled, chooses
+    within the batch in proportion to the weights.
+    """
+    weight, picks = np.asarray(weight, np.float64), []
+    for drawn in np.asarray(uniform, np.float64):
+        pick, total = -1, 0.0
+        for u, first in zip(drawn, range(0, len(weight), batch), strict=True):
+            share = weight[first : first + batch]
+            total += share.sum()
+            if share.sum() > 0 and u < share.sum() / total:
+                within = u / (share.sum() / total)
+                pick = first + int(np.searchsorted(np.cumsum(share) / share.sum(), within, side="right"))
+        picks.append(pick)
+    return np.array(picks)
+
+
 def raised_cosine_cdf(x):
     """Integral of (1 + cos(pi t)) / 2 from -1 to x."""
     return (x + 1 + np.sin(np.pi * x) / np.pi) / 2

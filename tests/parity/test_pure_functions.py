@@ -186,24 +186,48 @@ def assert_drawn(picks, weights):
         assert stats.chisquare(got, want).pvalue > UNLIKELY
 
 
+def reservoir_uniforms(runs, lights, batch, seed):
+    return uniforms(runs * max(1, -(-lights // batch)), seed)
+
+
 @pytest.mark.parametrize("weights", WEIGHTS.values(), ids=WEIGHTS)
 @pytest.mark.parametrize("shuffle", [False, True])
-def test_reservoir_picks_in_proportion_to_the_weights(weights, shuffle):
+@pytest.mark.parametrize("batch", [1, 2, 5, 100])
+def test_reservoir_picks_in_proportion_to_the_weights(weights, shuffle, batch):
     order = np.random.default_rng(5).permutation(len(weights)) if shuffle else np.arange(len(weights))
-    picks = _core.reservoir_picks(weights[order].astype(np.float32), uniforms(40000, 6))
+    drawn = reservoir_uniforms(40000, len(weights), batch, 6)
+    picks = _core.reservoir_picks(weights[order].astype(np.float32), drawn, batch)
+    assert len(picks) == 40000
     assert_drawn(order[picks], weights)
 
 
-def test_reservoir_of_nothing_picks_nothing():
-    assert _core.reservoir_picks(np.zeros(4, np.float32), uniforms(10, 7)).tolist() == [-1] * 10
-    assert _core.reservoir_picks(np.zeros(0, np.float32), uniforms(10, 7)).tolist() == [-1] * 10
+@pytest.mark.parametrize("weights", WEIGHTS.values(), ids=WEIGHTS)
+@pytest.mark.parametrize("batch", [1, 2, 5, 100])
+def test_reservoir_is_its_definition(weights, batch):
+    """The same picks as the oracle's from the same uniforms, but where rounding decides."""
+    drawn = reservoir_uniforms(2000, len(weights), batch, 11)
+    picks = _core.reservoir_picks(weights.astype(np.float32), drawn, batch)
+    want = pure.reservoir_picks(weights, drawn.reshape(2000, -1), batch)
+    assert np.mean(picks != want) < 2e-3
+
+
+@pytest.mark.parametrize("batch", [1, 3, 9])
+def test_reservoir_of_nothing_picks_nothing(batch):
+    for lights in (4, 0):
+        drawn = reservoir_uniforms(10, lights, batch, 7)
+        assert _core.reservoir_picks(np.zeros(lights, np.float32), drawn, batch).tolist() == [-1] * 10
 
 
 def test_reservoir_splits_the_uniform_exactly():
-    """Which light a uniform picks: for two lights, the second below f_2 / (f_1 + f_2)."""
+    """Which light a uniform picks. In one batch: the first up to its share; one by one: the second below its own."""
     u = np.linspace(0, 1, 1001, endpoint=False, dtype=np.float32)
-    picks = _core.reservoir_picks(np.array([3, 1], np.float32), u)
-    np.testing.assert_array_equal(picks, (u < 0.25).astype(int))
+    weights = np.array([3, 1], np.float32)
+    np.testing.assert_array_equal(_core.reservoir_picks(weights, u, 2), (u >= 0.75).astype(int))
+    one_by_one = np.stack([np.full_like(u, 0.5), u], axis=1).ravel()
+    np.testing.assert_array_equal(_core.reservoir_picks(weights, one_by_one, 1), (u < 0.25).astype(int))
+    largest = np.full(1, 1 - 2.0**-24, np.float32)
+    for total in np.random.default_rng(12).uniform(1e-6, 1e6, 1000).astype(np.float32):
+        assert _core.reservoir_picks(total[None], largest, 1).tolist() == [0], "something is always picked"
 
 
 @pytest.mark.parametrize("weights", WEIGHTS.values(), ids=WEIGHTS)

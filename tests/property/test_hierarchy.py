@@ -130,9 +130,10 @@ def test_member_lists_are_well_formed(lights, params):
     assert len(members.offset) == len(hierarchy.position) - n + 1
     sizes = np.diff(members.offset)
     assert np.all(sizes >= 1)
-    for start, end in itertools.pairwise(members.offset.tolist()):
+    for i, (start, end) in enumerate(itertools.pairwise(members.offset.tolist())):
         assert set(members.slot[start:end, 1]) <= set(members.slot[start:end, 0])
-    assert len(members.slot) == 0 or members.slot[:, :2].max() < (hierarchy.offset[2] if hierarchy.top > 0 else n)
+        level = np.searchsorted(hierarchy.offset, n + i, side="right") - 1
+        assert members.slot[start:end, :2].max() < hierarchy.offset[level], "members are of finer levels"
 
 
 @EXAMPLES

@@ -21,7 +21,16 @@ print(json.dumps([code, sorted(set(sys.modules) - before)]))
 
 @pytest.mark.parametrize(
     "arguments",
-    [["--help"], ["render", "--help"], ["heatmap", "-h"], ["export", "-h"], ["render", "--sise"], ["info", "x"], []],
+    [
+        ["--help"],
+        ["render", "--help"],
+        ["heatmap", "-h"],
+        ["export", "-h"],
+        ["bench", "-h"],
+        ["render", "--sise"],
+        ["info", "x"],
+        [],
+    ],
     ids=" ".join,
 )
 def test_help_and_usage_errors_load_nothing_heavy(arguments: list[str]) -> None:

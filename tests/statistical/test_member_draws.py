@@ -46,8 +46,8 @@ def member_counts(params: Params, lights: Lights, rows: list[int], copies: int) 
 @pytest.mark.parametrize("construction", ["gather", "scatter"])
 @pytest.mark.parametrize("level", [1, 2, 3])
 def test_members_are_drawn_by_weight_times_luminance(construction: str, level: int) -> None:
-    """Level 1 draws input lights; gathered levels draw a level-1 light, then one of its own."""
-    params = Params(construction=construction, levels=3, shadow_samples=4, member_candidates=1)
+    """Level 1 draws input lights; coarser levels draw a light of a finer one, then one of its own."""
+    params = Params(construction=construction, levels=3, shadow_samples=4, member_candidates=1, seed=1)
     h = build_hierarchy(LIGHTS, params)
     rows = np.linspace(h.offset[level], h.offset[level + 1] - 1, 6).astype(int).tolist()
     counts, share = member_counts(params, LIGHTS, sorted(set(rows)), 2000)

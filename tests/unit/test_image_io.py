@@ -14,6 +14,7 @@ from lab import colour
 from lab.errors import LabError
 from lab.image_io import count_channels, frame_channels, read_exr, read_exr_attributes, write_exr, write_png
 from lab.params import Params
+from lab.records import Lighting
 
 H, W, LEVELS = 5, 7, 4
 
@@ -30,9 +31,13 @@ def frame(first_level: int = 0, ratio_channels: int = 1) -> Any:
             colour=layer(3), direct=layer(3), unshadowed=layer(3), indirect=layer(3), shadow_ratio=layer(ratio_channels)
         ),
         gbuffer=SimpleNamespace(albedo=layer(3), normal=layer(3), position=layer(3), depth=layer(1)[..., 0]),
-        lighting=SimpleNamespace(
+        lighting=Lighting(
+            irradiance=layer(3),
             overdraw=rng.integers(0, 9, (LEVELS, H, W)).astype(np.uint32),
             lights_used=rng.integers(0, 9, (LEVELS, H, W)).astype(np.uint32),
+            light=np.zeros((H, W, 0), np.int32),
+            target_weight=layer(0),
+            weight_sum=layer(1)[..., 0],
         ),
         params=Params(first_level=first_level),
     )

@@ -123,6 +123,67 @@ def test_tiling_changes_nothing(hierarchy):
         np.testing.assert_allclose(image["irradiance"].reshape(-1, 3), row["irradiance"][0, perm], rtol=1e-6)
 
 
+def test_counts_are_an_instrument(hierarchy):
+    """Without them nothing else changes; what was evaluated is known either way."""
+    position, normal = cases.points(300, seed=8)
+    gbuffer = cases.as_gbuffer(position, normal, (12, 25))
+    settings = Params(shadow_samples=3).to_core()
+    counted, plain = (_core.light(hierarchy, gbuffer, settings, RADIUS, counts) for counts in (True, False))
+    assert plain["overdraw"] is None and plain["lights_used"] is None
+    for name in ("irradiance", "light", "target_weight", "weight_sum"):
+        np.testing.assert_array_equal(counted[name], plain[name])
+    assert counted["visited"] == plain["visited"] >= counted["lights_used"].sum()
+
+
+def test_kernel_rate_is_a_rate(hierarchy):
+    rng = np.random.default_rng(9)  # points so near to each other that the same lights reach them
+    position = np.array([0.2, 0.1, 0.5]) + rng.normal(0, 1e-3, (400, 3))
+    gbuffer = cases.as_gbuffer(position, np.tile([0.6, 0.0, -0.8], (400, 1)), (20, 20))
+    for samples in (0, 4):
+        settings = Params(shadow_samples=samples, alpha=4).to_core()
+        assert _core.light_kernel_rate(hierarchy, gbuffer, settings, RADIUS, 0.01) > 1e6
+    gbuffer.depth[:] = 0
+    assert _core.light_kernel_rate(hierarchy, gbuffer, Params().to_core(), RADIUS, 0.01) == 0
+
+
+@pytest.mark.parametrize("settings", [{}, {"interleave": 4}, {"picker": "race"}, {"first_shadow_level": 2}])
+def test_instruction_sets_agree(hierarchy, settings):
+    """To rounding, of which the greatest share is a root's; picks differ only where it decides."""
+    position, normal = cases.points(1024, seed=10)
+    gbuffer = cases.as_gbuffer(position, normal, (32, 32))
+    core = Params(shadow_samples=4, **settings).to_core()
+    chosen, found = _core.info()["simd"], {}
+    try:
+        for name in _core.info()["simd_choices"]:
+            _core.set_simd(name)
+            found[name] = _core.light(hierarchy, gbuffer, core, RADIUS)
+    finally:
+        _core.set_simd(chosen)
+    first, *others = found.values()
+    for other in others:
+        assert_same_light(other["irradiance"], first["irradiance"])
+        np.testing.assert_array_equal(other["overdraw"], first["overdraw"])
+        assert np.mean(other["lights_used"] != first["lights_used"]) < 1e-3
+        assert np.mean(other["light"] != first["light"]) < 1e-2
+
+
+@pytest.mark.parametrize("settings", [{}, {"interleave": 4}, {"picker": "race"}])
+def test_threads_change_nothing(hierarchy, settings):
+    position, normal = cases.points(3 * 70 * 140, seed=11)
+    gbuffer = cases.as_gbuffer(position, normal, (210, 140))
+    core = Params(shadow_samples=2, **settings).to_core()
+    found, usual = [], _core.info()["threads"]
+    try:
+        for threads in (1, 2, 3, 5):
+            _core.set_threads(threads)
+            found.append(_core.light(hierarchy, gbuffer, core, RADIUS))
+    finally:
+        _core.set_threads(usual)
+    for other in found[1:]:
+        for name, values in found[0].items():
+            np.testing.assert_array_equal(other[name], values)
+
+
 def test_pixels_that_see_nothing_stay_empty():
     hierarchy = hierarchy_of(cases.cloud(), levels=4)
     position, normal = cases.points(20)

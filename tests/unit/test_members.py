@@ -33,17 +33,40 @@ def tents(hierarchy, level, rows):
     return np.prod(np.maximum(0, 1 - apart), axis=2)
 
 
-def expected(hierarchy, level, settings):
-    """Shares (m, r) of the vertices of `level` in source lights rows, and the first of those rows."""
-    gathered = level > 1 and settings.get("construction") != "scatter"
-    rows = slice(*(int(hierarchy.offset[i]) for i in ((1, 2) if gathered else (0, 1))))
+def source_level(level, settings):
+    """The level whose lights those of `level` are made of."""
+    if level == 1:
+        return 0
+    gathered = settings.get("construction") != "scatter"
+    return 1 if gathered and (level == 2 or settings.get("gather_range") == "half_open") else level - 1
+
+
+def rows_of(hierarchy, level):
+    return slice(int(hierarchy.offset[level]), int(hierarchy.offset[level + 1]))
+
+
+def shares_by_lights(hierarchy, level, source, settings):
+    """Shares (m, r) of the lights of level `source` in the vertices of `level`: weight times luminance."""
+    rows = rows_of(hierarchy, source)
     weight = tents(hierarchy, level, rows)
-    if gathered and settings.get("gather_range") == "half_open":
+    if source == 1 and settings.get("gather_range") == "half_open":
         stride = 2 ** (level - 1)
         end = (hierarchy.levels[level].vertex.astype(int) + 1) * stride
         weight = weight * np.all(hierarchy.vertex[rows].astype(int)[None] < end[:, None], axis=2)
     share = weight * luminance(hierarchy.flux[rows])
-    return share / share.sum(axis=1, keepdims=True), rows.start
+    return share / share.sum(axis=1, keepdims=True)
+
+
+def expected(hierarchy, level, settings):
+    """Shares (m, r) of the vertices of `level` in the lights of the level they are made of, and the first of those."""
+    source = source_level(level, settings)
+    if source == level - 1 and source >= (1 if settings.get("construction") == "scatter" else 2):
+        apart = np.abs(
+            hierarchy.levels[source].vertex.astype(int) - 2 * hierarchy.levels[level].vertex[:, None].astype(int)
+        )
+        share = np.prod(np.maximum(0, 1 - apart / 2), axis=2) * luminance(hierarchy.levels[source].flux)
+        return share / share.sum(axis=1, keepdims=True), rows_of(hierarchy, source).start
+    return shares_by_lights(hierarchy, level, source, settings), rows_of(hierarchy, source).start
 
 
 def row(members, i):
@@ -74,18 +97,37 @@ def test_shares_are_weight_times_luminance(name, settings):
 
 
 @pytest.mark.parametrize("settings", SETTINGS.values(), ids=SETTINGS)
+@pytest.mark.parametrize("name", ["oriented", "on_faces", "without_normals"])
+def test_draws_level_by_level_come_down_to_weight_times_luminance(name, settings):
+    """Of S1's lights in each gathered vertex; of input lights where every level is scattered."""
+    hierarchy = build(cases.CLOUDS[name](), **settings)
+    n, members = len(hierarchy.input_index), hierarchy.members
+    base = 0 if settings.get("construction") == "scatter" else 1
+    first, end = int(hierarchy.offset[base]), int(hierarchy.offset[base + 1])
+    down = np.zeros((len(hierarchy.position), end - first))
+    down[first:end] = np.eye(end - first)
+    for i in range(end, len(hierarchy.position)):
+        light, share = row(members, i - n)
+        down[i] = share @ down[light]
+    for level in range(base + 1, hierarchy.top + 1):
+        want = shares_by_lights(hierarchy, level, base, settings)
+        bright = luminance(hierarchy.levels[level].flux) > 1e-5 * luminance(hierarchy.flux).max()
+        np.testing.assert_allclose(down[rows_of(hierarchy, level)][bright], want[bright], atol=2e-4)
+
+
+@pytest.mark.parametrize("settings", SETTINGS.values(), ids=SETTINGS)
 @pytest.mark.parametrize("lights", cases.CLOUDS.values(), ids=cases.CLOUDS)
 def test_rows_are_well_formed(lights, settings):
     hierarchy = build(lights(), **settings)
-    n, s1, members = len(hierarchy.input_index), int(hierarchy.offset[2]), hierarchy.members
+    n, members = len(hierarchy.input_index), hierarchy.members
     assert len(members.offset) == len(hierarchy.position) - n + 1 and members.offset[0] == 0
     assert members.offset[-1] == len(members.slot)
     for i in range(len(members.offset) - 1):
         light, share = row(members, i)
         assert len(light) >= 1 and (share >= 0).all() and share.sum() == pytest.approx(1, abs=1e-9)
-        through_s1 = i + n >= s1 and settings.get("construction") != "scatter"
-        low, high = (n, s1) if through_s1 else (0, n)
-        assert low <= light.min() and light.max() < high, "members come from S0, or from S1 for gathered lights"
+        level = int(np.searchsorted(hierarchy.offset, i + n, side="right")) - 1
+        source = rows_of(hierarchy, source_level(level, settings))
+        assert source.start <= light.min() and light.max() < source.stop, "members come from the level it is made of"
         assert len(set(light.tolist())) == len(light)
 
 

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <glm/glm.hpp>
+#include <span>
 #include <vector>
 
 namespace lab {
@@ -12,23 +13,31 @@ struct AliasSlot {
     std::uint32_t own, other, keep;
 };
 
-// The item that 32 uniform bits choose: their leading part is the slot, what is left of them decides inside it.
-inline std::uint32_t alias_draw(const AliasSlot* slots, std::uint64_t count, std::uint32_t bits) {
+// What 32 uniform bits choose: their leading part is the slot, what is left of them decides inside it.
+struct AliasChoice {
+    std::uint32_t slot, rest;
+};
+inline AliasChoice alias_choice(std::uint64_t count, std::uint32_t bits) {
     const std::uint64_t scaled = bits * count;
-    const AliasSlot& slot = slots[scaled >> 32];
-    return static_cast<std::uint32_t>(scaled) < slot.keep ? slot.own : slot.other;
+    return {static_cast<std::uint32_t>(scaled >> 32), static_cast<std::uint32_t>(scaled)};
+}
+inline std::uint32_t alias_item(const AliasSlot& slot, std::uint32_t rest) {
+    return rest < slot.keep ? slot.own : slot.other;
+}
+inline std::uint32_t alias_draw(const AliasSlot* slots, std::uint64_t count, std::uint32_t bits) {
+    const AliasChoice choice = alias_choice(count, bits);
+    return alias_item(slots[choice.slot], choice.rest);
 }
 
-// Appends the table of `items` (at least one) with their `weights` (>= 0). Items of weight 0 are never drawn, unless
-// all are 0: then evenly. Keeps its buffers from list to list.
-class AliasBuilder {
+// Makes tables; keeps its buffers from one to the next.
+class AliasTables {
   public:
-    void append(const std::vector<std::uint32_t>& items, const std::vector<double>& weights,
-                std::vector<AliasSlot>& table);
+    // Of slots (at least one) whose own items are set, for the `weight` (>= 0) of each. Items of weight 0 are never
+    // drawn, unless all are 0: then evenly. The weights are used up.
+    void fill(std::span<AliasSlot> table, std::span<double> weight);
 
   private:
-    std::vector<double> scaled_;
-    std::vector<std::uint32_t> small_, large_;
+    std::vector<std::uint32_t> poor_, rich_;
 };
 
 }  // namespace lab

@@ -19,8 +19,9 @@ inline constexpr std::size_t least = std::size_t{1} << 20;
 void* take(std::size_t bytes);
 void give(void* block, std::size_t bytes) noexcept;
 
-// From the first keep() to the release() that answers it, returned blocks are kept for the next frame; never more,
-// with those in use, than were in use at once before.
+// From the first keep() to the release() that answers it, returned blocks are kept for the next frame. With those in
+// use never more than a quarter above what was in use at once before: a caller may hold the last frame while it makes
+// the next, and blocks of a size that is not asked for again go in time.
 void keep();
 void release();
 

@@ -26,14 +26,19 @@ class CameraRays {
           step_(2 * std::tan(0.5 * static_cast<double>(camera.fov_y)) / height) {}
 
     // Through the point (x, y) of the image, in pixels from its top left corner; a pixel's centre is at + 0.5.
-    Ray through(double x, double y) const {
+    Ray through(double x, double y) const { return {eye_, direction(x, y), std::numeric_limits<float>::infinity()}; }
+    LAB_INLINE vec3 direction(double x, double y) const {
         const double sx = (x - 0.5 * width_) * step_, sy = (0.5 * height_ - y) * step_;
-        return {eye_, vec3(glm::normalize(forward_ + sx * right_ + sy * up_)), std::numeric_limits<float>::infinity()};
+        const double dx = forward_.x + sx * right_.x + sy * up_.x, dy = forward_.y + sx * right_.y + sy * up_.y;
+        const double dz = forward_.z + sx * right_.z + sy * up_.z;
+        const double scale = 1.0 / std::sqrt(dx * dx + dy * dy + dz * dz);
+        return {static_cast<float>(dx * scale), static_cast<float>(dy * scale), static_cast<float>(dz * scale)};
     }
+    vec3 eye() const { return eye_; }
 
     // Distance along the camera's axis of the point at `t` on a ray.
-    float depth(const Ray& ray, float t) const {
-        return t * static_cast<float>(glm::dot(glm::dvec3(ray.direction), forward_));
+    float depth(const vec3& direction, float t) const {
+        return t * static_cast<float>(glm::dot(glm::dvec3(direction), forward_));
     }
     float pixel_angle() const { return static_cast<float>(step_); }
 

@@ -1,6 +1,7 @@
 // Stage composite: interleaved tiles are recombined, shadows and direct light put together (LY19 4.3).
 #pragma once
 
+#include "lab/buffer.h"
 #include "lab/params.h"
 #include "lab/records.h"
 
@@ -15,8 +16,8 @@ struct CompositeInput {
 };
 
 struct ImageData {
-    std::vector<vec3> colour, direct, unshadowed, indirect;
-    std::vector<float> shadow_ratio;  // (H, W, channels)
+    Buffer<vec3> colour, direct, unshadowed, indirect;
+    Buffer<float> shadow_ratio;  // (H, W, channels)
 };
 
 ImageData composite(const GBufferView& gbuffer, const CompositeInput& input, const Params& params);

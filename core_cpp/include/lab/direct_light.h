@@ -2,8 +2,11 @@
 // by area samples. Visibility is the caller's: a candidate says what arrives if its ray is free.
 #pragma once
 
+#include <limits>
+
 #include "lab/random.h"
 #include "lab/scene.h"
+#include "lab/select.h"
 
 namespace lab {
 
@@ -16,13 +19,21 @@ struct LitPoint {
     vec3 position, normal, geometric_normal;  // normals toward the viewer
 };
 
-DirectCandidate from_sun(const Scene& scene, const SunLight& sun, const LitPoint& at);
+inline DirectCandidate from_sun(const Scene& scene, const SunLight& sun, const LitPoint& at) {
+    const float cosine = larger(0.0f, glm::dot(at.normal, sun.to_sun));
+    const vec3 origin = scene.off_surface(at.position, at.geometric_normal);
+    return {{origin, sun.to_sun, std::numeric_limits<float>::infinity()}, sun.irradiance * cosine};
+}
 DirectCandidate from_point(const Scene& scene, const PointLight& point, const LitPoint& at);
 DirectCandidate from_spot(const Scene& scene, const SpotLight& spot, const LitPoint& at);
 // One area sample; `random` chooses the triangle in proportion to its power and the point on it.
 DirectCandidate from_emitters(const Scene& scene, const LitPoint& at, const Random4& random);
 
 // From just off the receiver's surface to `target`, stopping short of it.
-Ray shadow_ray(const Scene& scene, const LitPoint& at, const vec3& target);
+inline constexpr float shadow_ray_length = 1.0f - 1e-4f;  // of the way
+inline Ray shadow_ray(const Scene& scene, const LitPoint& at, const vec3& target) {
+    const vec3 origin = scene.off_surface(at.position, at.geometric_normal);
+    return {origin, target - origin, shadow_ray_length};
+}
 
 }  // namespace lab

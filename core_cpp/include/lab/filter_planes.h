@@ -2,7 +2,10 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <vector>
+
+#include "lab/buffer.h"
 
 namespace lab {
 
@@ -20,20 +23,34 @@ inline int reflected(int x, int step, int length) {
     return residue + step * (index < count ? index : period - index);
 }
 
-// `count` images of width x height floats. Pixel x of a row may be read from -border to width + border.
+// `count` images of width x height floats, unset at first. Pixel x of a row may be read and written from -border to
+// width + border + slack; rows start at cache lines. A line of the picture holds its `count` rows one after the other,
+// and both strides are odd numbers of cache lines: rows that are read together never fall on the same cache set.
 class Planes {
   public:
     static constexpr int border = 32;  // two taps of 16 pixels, the widest pass
+    static constexpr int slack = 16;   // for whole vectors
 
     Planes(int width, int height, int count)
         : width_(width),
           height_(height),
           count_(count),
-          values_(static_cast<std::size_t>(width + 2 * border) * height * count) {}
+          stride_(odd_lines(width + 2 * border + slack)),
+          line_stride_(odd_lines(stride_ * count)),
+          values_(line_stride_ * height + line_floats) {
+        const auto address = reinterpret_cast<std::uintptr_t>(values_.data());
+        first_ = (line_floats - address / sizeof(float) % line_floats) % line_floats + border;
+    }
+
+    Planes(Planes&&) = default;
+    Planes& operator=(Planes&&) = default;
 
     int width() const { return width_; }
     int height() const { return height_; }
     int count() const { return count_; }
+
+    // Floats from a plane's row to the next plane's.
+    std::size_t stride() const { return stride_; }
 
     // Threads cost more than they bring to a tiny picture.
     bool worth_threads() const { return width_ * height_ >= 4096; }
@@ -45,13 +62,16 @@ class Planes {
     void reflect_sides(int step, int radius);
 
   private:
-    std::size_t start(int plane, int y) const {
-        const auto row = static_cast<std::size_t>(plane) * height_ + y;
-        return row * (width_ + 2 * border) + border;
+    static constexpr std::size_t line_floats = 16;  // of a cache line
+
+    static std::size_t odd_lines(std::size_t floats) {
+        return ((floats + line_floats - 1) / line_floats | 1) * line_floats;
     }
+    std::size_t start(int plane, int y) const { return first_ + y * line_stride_ + plane * stride_; }
 
     int width_, height_, count_;
-    std::vector<float> values_;
+    std::size_t stride_, line_stride_, first_ = 0;
+    Buffer<float> values_;
 };
 
 }  // namespace lab

@@ -2,8 +2,8 @@
 #pragma once
 
 #include <span>
-#include <vector>
 
+#include "lab/buffer.h"
 #include "lab/params.h"
 #include "lab/records.h"
 
@@ -17,8 +17,8 @@ struct ShadowSignalView {
 };
 
 struct ShadowSignal {
-    std::vector<float> shadowed, weight;
-    std::vector<vec3> area;
+    Buffer<float> shadowed, weight;
+    Buffer<vec3> area;
 };
 
 // Filters S and its weight with one shared set of tap weights, and the area lights' irradiance with its own.
@@ -28,7 +28,7 @@ ShadowSignal filter_shadows(const GBufferView& gbuffer, const ShadowSignalView& 
 
 // Filters noisy irradiance (H, W), guided by itself and by the surfaces: what area lights send, what the clamp leaves
 // out.
-std::vector<vec3> filter_irradiance(const GBufferView& gbuffer, std::span<const vec3> irradiance, const Params& params,
-                                    float scene_radius);
+Buffer<vec3> filter_irradiance(const GBufferView& gbuffer, std::span<const vec3> irradiance, const Params& params,
+                               float scene_radius);
 
 }  // namespace lab

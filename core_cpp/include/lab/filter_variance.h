@@ -6,13 +6,14 @@
 
 namespace lab {
 
-// Geometry guides of a pixel: normal x y z and position x y z over their sigmas, then 0 on surfaces and `never` on
-// background.
-inline constexpr int variance_guides = 7;
+// Planes that the filter needs beside a signal's, behind them: the variance of a pixel's value; the value that guides;
+// log2(e) over the deviation that is tolerated around it.
+inline constexpr int variance_planes = 3;
 
-// Filters `signal` in place: `numerators` planes over the rest, as many denominators or one. `scale`: what a value
-// (numerator over denominator) of ordinary size is. `tolerance`: differences are measured in units of so many standard
-// deviations. After Schied et al., "Spatiotemporal Variance-Guided Filtering", HPG 2017, without its temporal part.
-void filter_by_variance(Planes& signal, int numerators, float scale, float tolerance, Planes& geometry);
+// Filters the signal in the first planes in place: `numerators` of them, then as many denominators or one. `scale`:
+// what a value (numerator over denominator) of ordinary size is. `tolerance`: differences are measured in units of so
+// many standard deviations. `surfaces`: see surface_guides. After Schied et al., "Spatiotemporal Variance-Guided
+// Filtering", HPG 2017, without its temporal part.
+void filter_by_variance(Planes& signal, int numerators, float scale, float tolerance, Planes& surfaces);
 
 }  // namespace lab

@@ -1,85 +1,121 @@
-// The edge-stopping weights of a tap: how much pixel q counts in the mean of pixel p.
-#pragma once
+// The edge-stopping weights of a tap: how much pixel q counts in the mean of pixel p. In vectors of pixels; compiled
+// for each instruction set.
+#if defined(LAB_FILTER_WEIGHTS_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef LAB_FILTER_WEIGHTS_H
+#undef LAB_FILTER_WEIGHTS_H
+#else
+#define LAB_FILTER_WEIGHTS_H
+#endif
 
-#include <bit>
-#include <cstdint>
+#include <hwy/highway.h>
 
-#include "lab/filter_planes.h"
+#include "lab/filter_guides.h"
 
+HWY_BEFORE_NAMESPACE();
 namespace lab {
+namespace HWY_NAMESPACE {
 
-// Weights are exp(-e) = 2^-t. Guides are stored times sqrt(log2(e) / 2), so that t is their squared distance.
-inline constexpr float guide_scale = 0.849321800f;
-inline constexpr float guide_limit = 1e18f;    // larger guides count as this: a squared distance stays finite
-inline constexpr float weight_limit = 100.0f;  // 2^-100 and less is no weight
-inline constexpr float never = 1e30f;          // a distance that leaves no weight
+namespace hn = hwy::HWY_NAMESPACE;
 
-// 2^-t for t >= 0, relative error below 2e-7, exactly 1 at 0; 0 for t >= weight_limit and for NaN.
-inline float exp2_negative(float t) {
-    constexpr float shift = 12582912.0f;  // 1.5 * 2^23: a float of this size holds whole numbers only
-    const float whole = shift - t;
-    const float f = (shift - whole) - t;  // -t = n + f, n whole, |f| <= 1/2
-    float power = 0.00132647087f;         // minimax polynomial of 2^f
-    power = power * f + 0.00967151113f;
-    power = power * f + 0.0555073395f;
-    power = power * f + 0.240222424f;
-    power = power * f + 0.693147004f;
-    power = power * f + 1.0f;
-    const auto scaled = std::bit_cast<std::uint32_t>(power) + (std::bit_cast<std::uint32_t>(whole) << 23);
-    return t < weight_limit ? std::bit_cast<float>(scaled) : 0.0f;
+using Lanes = hn::CappedTag<float, Planes::slack>;
+using Vector = hn::Vec<Lanes>;
+
+// 2^-t for t >= 0, relative error below 2e-7, exactly 1 at 0; 0 for t >= limit and for NaN.
+HWY_INLINE Vector exp2_negative(Vector t, float limit = weight_limit) {
+    const Lanes f32;
+#if HWY_TARGET == HWY_AVX3
+    const Vector f{_mm512_reduce_ps(t.raw, _MM_FROUND_TO_NEAREST_INT)};  // t = n + f, n whole, |f| <= 1/2
+    constexpr float sign = -1.0f;
+#else
+    const auto shift = hn::Set(f32, 12582912.0f);  // 1.5 * 2^23: a float of this size holds whole numbers only
+    const auto whole = hn::Sub(shift, t);
+    const auto f = hn::Sub(hn::Sub(shift, whole), t);  // -t = n + f, n whole, |f| <= 1/2
+    constexpr float sign = 1.0f;
+#endif
+    auto power = hn::Set(f32, sign * 0.00132647087f);  // minimax polynomial of 2^f, of 2^-f
+    power = hn::MulAdd(power, f, hn::Set(f32, 0.00967151113f));
+    power = hn::MulAdd(power, f, hn::Set(f32, sign * 0.0555073395f));
+    power = hn::MulAdd(power, f, hn::Set(f32, 0.240222424f));
+    power = hn::MulAdd(power, f, hn::Set(f32, sign * 0.693147004f));
+    power = hn::MulAdd(power, f, hn::Set(f32, 1.0f));
+    const auto counts = hn::Lt(t, hn::Set(f32, limit));
+#if HWY_TARGET == HWY_AVX3  // has an instruction for what follows
+    return Vector{_mm512_maskz_scalef_ps(counts.raw, power.raw, hn::Sub(f, t).raw)};
+#else
+    const hn::RebindToSigned<Lanes> i32;
+    const auto scaled = hn::Add(hn::BitCast(i32, power), hn::ShiftLeft<23>(hn::BitCast(i32, whole)));
+    return hn::IfThenElseZero(counts, hn::BitCast(f32, scaled));
+#endif
 }
 
-// `count` pixels p = (x ..., row_p), each with the tap q = (x + shift ..., row_q) of spatial weight `space`.
-struct TapRow {
-    int x, count, row_p, row_q, shift;
-    float space;
-};
+// Of linear RGB; see lab/luminance.h.
+HWY_INLINE Vector luminance(Vector r, Vector g, Vector b) {
+    const Lanes f32;
+    const auto rg = hn::MulAdd(r, hn::Set(f32, 0.2126f), hn::Mul(g, hn::Set(f32, 0.7152f)));
+    return hn::MulAdd(b, hn::Set(f32, 0.0722f), rg);
+}
 
-// atrous, bilateral: distance in the space of (value, normal, position), each over its sigma.
-struct JointGuide {
-    const Planes& value;     // 1 plane
-    const Planes& geometry;  // normal x y z, position x y z
+HWY_INLINE Vector squared_distance(Vector ax, Vector ay, Vector az, Vector bx, Vector by, Vector bz, Vector more) {
+    const auto x = hn::Sub(ax, bx), y = hn::Sub(ay, by), z = hn::Sub(az, bz);
+    return hn::MulAdd(z, z, hn::MulAdd(y, y, hn::MulAdd(x, x, more)));
+}
 
-    void weigh(const TapRow& tap, float* weight) const {
-        const auto p = [&](const Planes& planes, int i) { return planes.row(i, tap.row_p) + tap.x; };
-        const auto q = [&](const Planes& planes, int i) { return planes.row(i, tap.row_q) + tap.x + tap.shift; };
-        const float *vp = p(value, 0), *vq = q(value, 0);
-        const float *ap = p(geometry, 0), *aq = q(geometry, 0), *bp = p(geometry, 1), *bq = q(geometry, 1);
-        const float *cp = p(geometry, 2), *cq = q(geometry, 2), *xp = p(geometry, 3), *xq = q(geometry, 3);
-        const float *yp = p(geometry, 4), *yq = q(geometry, 4), *zp = p(geometry, 5), *zq = q(geometry, 5);
-#pragma omp simd
-        for (int i = 0; i < tap.count; ++i) {
-            const float v = vq[i] - vp[i], a = aq[i] - ap[i], b = bq[i] - bp[i], c = cq[i] - cp[i];
-            const float x = xq[i] - xp[i], y = yq[i] - yp[i], z = zq[i] - zp[i];
-            weight[i] = tap.space * exp2_negative(v * v + a * a + b * b + c * c + x * x + y * y + z * z);
-        }
+// Normal and position of pixels, as guides: their squared distance says how unlike two surfaces are.
+class SurfaceGuide {
+  public:
+    struct Row {
+        const float* surface;
+        std::size_t stride;
+
+        Row shifted(int by) const { return {surface + by, stride}; }
+    };
+
+    HWY_INLINE SurfaceGuide(const Row& row, int x) {
+        const Lanes f32;
+        const float* at = row.surface + x;
+        a_ = hn::LoadU(f32, at);
+        b_ = hn::LoadU(f32, at + row.stride);
+        c_ = hn::LoadU(f32, at + 2 * row.stride);
+        x_ = hn::LoadU(f32, at + 3 * row.stride);
+        y_ = hn::LoadU(f32, at + 4 * row.stride);
+        z_ = hn::LoadU(f32, at + 5 * row.stride);
     }
-};
 
-// atrous_plane: distance of q from p's tangent plane, in footprints of p at this pass's step; normals; value.
-struct PlaneGuide {
-    const Planes& value;     // 1 plane
-    const Planes& geometry;  // unit normal x y z, position x y z, per_length, background (0 or `never`)
-    float per_step;          // per_length is for step 1
-    float per_normal;        // squared
-
-    void weigh(const TapRow& tap, float* weight) const {
-        const auto p = [&](const Planes& planes, int i) { return planes.row(i, tap.row_p) + tap.x; };
-        const auto q = [&](const Planes& planes, int i) { return planes.row(i, tap.row_q) + tap.x + tap.shift; };
-        const float *vp = p(value, 0), *vq = q(value, 0);
-        const float *ap = p(geometry, 0), *aq = q(geometry, 0), *bp = p(geometry, 1), *bq = q(geometry, 1);
-        const float *cp = p(geometry, 2), *cq = q(geometry, 2), *xp = p(geometry, 3), *xq = q(geometry, 3);
-        const float *yp = p(geometry, 4), *yq = q(geometry, 4), *zp = p(geometry, 5), *zq = q(geometry, 5);
-        const float *per_length = p(geometry, 6), *outside_p = p(geometry, 7), *outside_q = q(geometry, 7);
-#pragma omp simd
-        for (int i = 0; i < tap.count; ++i) {
-            const float v = vq[i] - vp[i], a = aq[i] - ap[i], b = bq[i] - bp[i], c = cq[i] - cp[i];
-            const float height = ap[i] * (xq[i] - xp[i]) + bp[i] * (yq[i] - yp[i]) + cp[i] * (zq[i] - zp[i]);
-            const float plane = height * per_length[i] * per_step;
-            const float t = plane * plane + (a * a + b * b + c * c) * per_normal + v * v;
-            weight[i] = tap.space * exp2_negative(t + outside_p[i] + outside_q[i]);
-        }
+    // Plus `more`.
+    HWY_INLINE Vector distance(const SurfaceGuide& q, Vector more) const {
+        return squared_distance(q.x_, q.y_, q.z_, x_, y_, z_, squared_distance(q.a_, q.b_, q.c_, a_, b_, c_, more));
     }
+
+  private:
+    Vector a_, b_, c_, x_, y_, z_;
 };
 
+// Value, normal and position, each over its sigma: the filters with one Gaussian of one distance.
+class JointGuide {
+  public:
+    struct Row {
+        const float* value;
+        SurfaceGuide::Row surface;
+
+        Row shifted(int by) const { return {value + by, surface.shifted(by)}; }
+    };
+
+    HWY_INLINE JointGuide(const Row& row, int x)
+        : value_(hn::LoadU(Lanes(), row.value + x)), surface_(row.surface, x) {}
+
+    // Plus `more`.
+    HWY_INLINE Vector distance(const JointGuide& q, Vector more) const {
+        const auto v = hn::Sub(q.value_, value_);
+        return surface_.distance(q.surface_, hn::MulAdd(v, v, more));
+    }
+
+  private:
+    Vector value_;
+    SurfaceGuide surface_;
+};
+
+}  // namespace HWY_NAMESPACE
 }  // namespace lab
+HWY_AFTER_NAMESPACE();
+
+#endif

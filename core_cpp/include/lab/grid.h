@@ -42,6 +42,36 @@ struct Grid {
     }
 };
 
+// The eight corners of a cell: bits 0, 1 and 2 of a corner's number are its x, y and z.
+inline constexpr int corners = 8;
+
+// A point's trilinear weights at them, as products of one factor an axis.
+struct Trilinear {
+    glm::ivec3 cell;
+    float factor[2][3];  // of the near and the far face
+
+    Trilinear(const Grid& grid, const glm::vec3& p, int level) {
+        const CellPoint at = grid.locate(p, level);
+        cell = at.cell;
+        for (int axis = 0; axis < 3; ++axis) {
+            factor[0][axis] = 1.0f - at.fraction[axis];
+            factor[1][axis] = at.fraction[axis];
+        }
+    }
+
+    // The demo's search range ends before its far face (`half_open`): a light of the S1 vertex `v` that lies on that
+    // face gives nothing to the vertices before it. `stride`: of this level's vertices, in S1's.
+    void end_before_far_face(const Vertex& v, int stride) {
+        const int of[3] = {v.x, v.y, v.z};
+        for (int axis = 0; axis < 3; ++axis)
+            if (of[axis] == (cell[axis] + 1) * stride) factor[0][axis] = 0.0f;
+    }
+
+    float weight(int corner) const {
+        return factor[corner & 1][0] * factor[corner >> 1 & 1][1] * factor[corner >> 2][2];
+    }
+};
+
 // The cube around all lights: longest edge * scale, never below what their coordinates can resolve.
 Grid make_grid(std::span<const glm::vec3> positions, float bounds_scale);
 

@@ -1,51 +1,25 @@
-// Builds one level of the hierarchy: every vertex row is owned by one thread, which looks up the lights of
-// the four cell rows around it. Scatter and gather of LY19 3.1 differ here in their source, S0 or S1; neither
-// needs atomics.
+// Builds one level of the hierarchy from the lights of S0 or S1, which is where scatter and gather of LY19 3.1 differ.
+// Layers of vertices are swept in turn; each is owned by one thread, so nothing needs atomics.
 #pragma once
 
-#include <cstdint>
-#include <vector>
-
-#include "lab/alias_table.h"
-#include "lab/grid.h"
-#include "lab/params.h"
-#include "lab/records.h"
-#include "lab/row_index.h"
+#include "lab/cell_keys.h"
+#include "lab/light_arrays.h"
+#include "lab/vertex_layers.h"
+#include "lab/vertex_sums.h"
 
 namespace lab {
 
-// The lights that a level is built from: S0 (input lights) or S1.
-struct LevelSource {
-    std::vector<vec3> position, flux, normal;
-    std::vector<Symmetric> normal_moment;
-    std::vector<vec3> deviation;           // S1: inner spread of a light; empty for S0
-    std::vector<float> weight;             // S1: sum of trilinear weights; empty for S0, where it is 1
-    std::vector<Vertex> vertex;            // S1: its vertex; empty for S0
-    std::vector<std::uint8_t> oriented;    // 0: no normals in it
-    float flux_scale = 1.0f;               // power of two above every flux of S0
-    std::uint32_t first_merged_index = 0;  // of the source's lights
-
-    bool is_s1() const { return !vertex.empty(); }
+// Where a level goes.
+struct LevelTarget {
+    LightArrays& lights;
+    std::size_t first;                                 // row of its first light
+    Buffer<float>* weight = nullptr;                   // takes trilinear weights, for the level to be a source itself
+    Buffer<VertexRow<FloatingPoint>>* rows = nullptr;  // takes the sums, for coarsen()
 };
 
-// The compacted lights of one level, in grid order, and their member lists if asked for.
-struct LevelLights {
-    std::vector<vec3> position, flux, normal, deviation;
-    std::vector<Symmetric> normal_moment;
-    std::vector<Vertex> vertex;
-    std::vector<std::uint8_t> oriented;
-    std::vector<float> weight;
-    std::vector<std::uint32_t> member_count;
-    std::vector<AliasSlot> member;
-
-    std::size_t size() const { return position.size(); }
-    void append(LevelLights&& other);
-};
-
-LevelLights build_level(const LevelSource& source, const Grid& grid, int level, const Params& params,
-                        bool with_members);
-
-// How many vertices of `level` would be kept, without building it.
-std::int64_t count_level(const LevelSource& source, const Grid& grid, int level);
+// Writes the level's kept vertices, in grid order, to the target, which has the room. `points` are the keyed lights of
+// `source`, by cells of this level or of a finer one; `count`: kept vertices of each layer.
+void build_level(const LevelSource& source, const KeyedPoints& points, std::span<const std::uint32_t> count,
+                 const TermSettings& settings, const LevelTarget& target);
 
 }  // namespace lab

@@ -1,11 +1,11 @@
-// The lights of one level (or one interleaving tile's share of it), to be found by place: runs of neighbours
-// along x, by row (y, z). Memory goes with the number of lights, not with the grid.
+// The lights of one level, to be found by place: runs of neighbours along x, by row (y, z). Memory goes with the
+// number of lights, not with the grid.
 #pragma once
 
 #include <algorithm>
 #include <cstdint>
-#include <vector>
 
+#include "lab/buffer.h"
 #include "lab/records.h"
 
 namespace lab {
@@ -16,23 +16,18 @@ struct Box {
 
 class LightRows {
   public:
-    // `lights`: merged indices, ascending (which is grid order, x fastest).
-    LightRows(const HierarchyView& hierarchy, std::vector<std::uint32_t> lights, float cell_size);
+    LightRows(const HierarchyView& hierarchy, int level);
 
     // Calls visit(merged index), ascending, for every light whose centre may lie in `box`.
     template <class Visit>
     void find(const Box& box, const Visit& visit) const;
-    const std::vector<std::uint32_t>& lights() const { return lights_; }
 
   private:
     struct Row {
-        std::uint16_t y;
-        std::uint32_t begin;
+        std::uint32_t y, begin;  // begin: merged index
     };
     const HierarchyView& hierarchy_;
-    std::vector<std::uint32_t> lights_;
-    std::vector<std::uint16_t> x_;     // of each light
-    std::vector<Row> rows_;            // by z, then y; one more at the end
+    Buffer<Row> rows_;                 // by z, then y; one more at the end
     std::vector<std::uint32_t> slab_;  // first row of each z; one more at the end
     float inverse_cell_;
 
@@ -48,16 +43,20 @@ inline glm::ivec3 LightRows::vertex_of(const vec3& p, float slack) const {
 
 template <class Visit>
 void LightRows::find(const Box& box, const Visit& visit) const {
-    if (lights_.empty()) return;
     const glm::ivec3 low = glm::max(vertex_of(box.low, -1.0f), glm::ivec3(0));
     const glm::ivec3 high = vertex_of(box.high, 2.0f);
+    const Vertex* vertex = hierarchy_.vertex.data();
     for (int z = low.z; z <= std::min(high.z, static_cast<int>(slab_.size()) - 2); ++z) {
-        auto row = std::lower_bound(rows_.begin() + slab_[z], rows_.begin() + slab_[z + 1], low.y,
-                                    [](const Row& r, int y) { return r.y < y; });
-        for (; row != rows_.begin() + slab_[z + 1] && row->y <= high.y; ++row) {
-            const auto end = x_.begin() + (row + 1)->begin;
-            auto x = std::lower_bound(x_.begin() + row->begin, end, low.x);
-            for (; x != end && *x <= high.x; ++x) visit(lights_[x - x_.begin()]);
+        const Row* const end = rows_.data() + slab_[z + 1];
+        const Row* row = std::lower_bound(rows_.data() + slab_[z], end, low.y,
+                                          [](const Row& r, int y) { return static_cast<int>(r.y) < y; });
+        for (; row != end && static_cast<int>(row->y) <= high.y; ++row) {
+            const std::uint32_t last = row[1].begin;
+            std::uint32_t i = static_cast<std::uint32_t>(
+                std::lower_bound(vertex + row->begin, vertex + last, low.x,
+                                 [](const Vertex& v, int x) { return static_cast<int>(v.x) < x; }) -
+                vertex);
+            for (; i != last && static_cast<int>(vertex[i].x) <= high.x; ++i) visit(i);
         }
     }
 }

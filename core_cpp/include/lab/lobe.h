@@ -21,11 +21,8 @@ inline constexpr float isotropic_emission = 0.25f;  // of a light without a norm
 // plain cosine, and is taken as such: behind the light the sums above would cancel only to rounding.
 struct EmissionLobe {
     glm::vec3 mean;
-    Symmetric moment;
+    Symmetric moment;  // its mixed terms doubled: w^T moment w = xx x^2 + .. + xy x y + ..
     float constant;
-
-    // Nothing is emitted behind the plane of `mean`.
-    bool one_sided() const { return constant == 0.0f && moment.xx + moment.yy + moment.zz == 0.0f; }
 };
 
 inline EmissionLobe make_lobe(Lobe kind, const glm::vec3& m, const Symmetric& M, bool oriented) {
@@ -40,7 +37,7 @@ inline EmissionLobe make_lobe(Lobe kind, const glm::vec3& m, const Symmetric& M,
         const float half_k = 0.5f * (1.0f - 0.201f * (1.0f - trace2));
         const float s = half_k * half_k;
         lobe.mean = 0.5f * m;
-        lobe.moment = {s * M.xx, s * M.yy, s * M.zz, s * M.xy, s * M.xz, s * M.yz};
+        lobe.moment = {s * M.xx, s * M.yy, s * M.zz, 2 * s * M.xy, 2 * s * M.xz, 2 * s * M.yz};
     } else {
         lobe.mean = m;
         if (kind == Lobe::mean_energy) lobe.constant = 0.25f * larger(0.0f, 1.0f - glm::length(m));
@@ -51,8 +48,7 @@ inline EmissionLobe make_lobe(Lobe kind, const glm::vec3& m, const Symmetric& M,
 // `v` points from the light to the receiver with length 1/inverse_length.
 inline float emission(const EmissionLobe& lobe, float vx, float vy, float vz, float inverse_length) {
     const Symmetric& M = lobe.moment;
-    const float square =
-        vx * (M.xx * vx + 2.0f * (M.xy * vy + M.xz * vz)) + vy * (M.yy * vy + 2.0f * M.yz * vz) + vz * (M.zz * vz);
+    const float square = vx * (M.xx * vx + M.xy * vy + M.xz * vz) + vy * (M.yy * vy + M.yz * vz) + vz * (M.zz * vz);
     const float along = lobe.mean.x * vx + lobe.mean.y * vy + lobe.mean.z * vz;
     const float root = std::sqrt(larger(0.0f, square));
     return larger(0.0f, (along + root) * inverse_length) + lobe.constant;

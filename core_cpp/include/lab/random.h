@@ -49,6 +49,13 @@ inline Random4 pcg4d(Random4 v) {
     return v;
 }
 
+// The next of a sequence of numbers (RXS-M-XS of O'Neill, "PCG", 2014), for decisions that come one after another.
+inline std::uint32_t pcg(std::uint32_t& state) {
+    state = state * 747796405u + 2891336453u;
+    const std::uint32_t word = ((state >> ((state >> 28) + 4)) ^ state) * 277803737u;
+    return word >> 22 ^ word;
+}
+
 // One key for the whole frame, to be mixed into every hash.
 inline std::uint32_t frame_key(std::uint32_t seed, std::uint32_t frame) {
     return pcg4d({seed, frame, 0x9e3779b9u, 0x85ebca6bu}).x;

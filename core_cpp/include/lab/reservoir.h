@@ -9,25 +9,18 @@
 
 namespace lab {
 
-// How a light of weight f changes a reservoir whose running sum was `before` and is `after` = before + f.
-struct ReservoirStep {
-    float take;         // probability f / after of replacing the pick
-    float taken_scale;  // u < take: u * taken_scale is uniform again
-    float kept_scale;   // else: (u - take) * kept_scale is
-};
-
-inline ReservoirStep reservoir_step(float before, float f) {
-    const float after = before + f;
-    const bool counts = f > 0.0f;
-    return {counts ? f / after : 0.0f, counts ? after / f : 0.0f, before > 0.0f ? after / before : 1.0f};
+// The reservoir takes lights in batches, of one or of many. Lay a batch of weight `batch` on a line from 0, light after
+// light, and all that came before, of weight `before`, behind it: the uniform falls on a point of that line. Within the
+// batch it says which light replaces the pick (each with the probability that the paper's one-by-one decisions give
+// it), beyond it the pick stays. Each batch has its own uniform.
+inline float reservoir_point(float uniform, float before, float batch) {
+    return uniform * (before + batch);
 }
 
-// One decision. The uniform is re-scaled, not redrawn: given the outcome it is uniform again.
-inline void reservoir_decide(const ReservoirStep& step, std::int32_t light, float& uniform, std::int32_t& pick) {
-    const bool take = uniform < step.take;
-    const float next = take ? uniform * step.taken_scale : (uniform - step.take) * step.kept_scale;
-    uniform = larger(0.0f, smaller(next, 0x1.fffffep-1f));
-    pick = take ? light : pick;
+// Walks along a batch: `after` is the weight up to and with light number `number` - 1. The first light that ends
+// beyond the point is the one; where none does, `passed` comes to the batch's size.
+inline void reservoir_pass(float point, float after, std::int32_t number, std::int32_t& passed) {
+    passed = after <= point ? number : passed;
 }
 
 // ln(x) for x in (0, 1): exponent and an atanh series, error under 1e-7, the same on every engine.

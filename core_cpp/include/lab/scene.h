@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "lab/ray_tracer.h"
+#include "lab/select.h"
 #include "lab/texture.h"
 
 namespace lab {
@@ -56,6 +57,22 @@ struct SceneData {
     std::vector<SpotLight> spots;
 };
 
+// A vertex and a material in one row each, for those who look at many in any order.
+struct VertexRow {
+    vec3 position;
+    float u;
+    vec3 normal;
+    float v;
+    vec3 colour;
+    float unused;
+};
+struct MaterialRow {
+    vec3 base_colour;
+    std::int32_t texture;
+    vec3 emission;
+    float emits_back;  // 1 or 0
+};
+
 // What a ray found. Normals are as modelled until they are turned.
 struct Surface {
     vec3 position, normal, geometric_normal, albedo, emission;
@@ -73,6 +90,8 @@ class Scene {
 
     const SceneData& data() const { return data_; }
     const RayTracer& rays() const { return *rays_; }
+    const std::vector<VertexRow>& vertices() const { return vertices_; }
+    const std::vector<MaterialRow>& materials() const { return materials_; }
     const std::vector<Emitter>& emitters() const { return emitters_; }
     vec3 centre() const { return centre_; }
     float radius() const { return radius_; }
@@ -80,7 +99,11 @@ class Scene {
     // The surface at `hit`. `footprint`: width of the ray's cone there, 0 for the textures' full resolution.
     Surface surface(const Hit& hit, float footprint) const;
     // `point` moved off its surface by what float can resolve here, to the side that `normal` shows to.
-    vec3 off_surface(const vec3& point, const vec3& normal) const;
+    vec3 off_surface(const vec3& point, const vec3& normal) const {
+        const vec3 size = glm::abs(point);
+        const float largest = larger(size.x, larger(size.y, size.z));
+        return point + (1e-5f * radius_ + 4e-7f * largest) * normal;
+    }
     // A triangle's corner-weighted point and its unit normal.
     vec3 point_on(std::uint32_t triangle, float u, float v) const;
     vec3 triangle_normal(std::uint32_t triangle) const;
@@ -95,6 +118,8 @@ class Scene {
   private:
     SceneData data_;
     std::unique_ptr<RayTracer> rays_;
+    std::vector<VertexRow> vertices_;
+    std::vector<MaterialRow> materials_;
     std::vector<Emitter> emitters_;
     vec3 centre_{0.0f};
     float radius_ = 1.0f;

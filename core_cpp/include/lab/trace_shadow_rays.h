@@ -2,24 +2,31 @@
 // (LY19 3.3).
 #pragma once
 
+#include "lab/buffer.h"
 #include "lab/params.h"
+#include "lab/ray_packet.h"
 #include "lab/records.h"
 #include "lab/scene.h"
 
 namespace lab {
 
 struct ShadowData {
-    std::vector<vec3> point;              // (H, W, k)
-    std::vector<std::int32_t> member;     // (H, W, k)
-    std::vector<float> omega;             // (H, W, k)
-    std::vector<std::uint8_t> visible;    // (H, W, k)
-    int channels;                         // 3 for ratio_rgb, else 1
-    std::vector<float> shadowed, weight;  // (H, W, channels)
-    std::vector<vec3> direct, area;       // (H, W)
-    std::vector<vec3> left_out;           // (H, W), empty without compensation
+    Buffer<vec3> point;              // (H, W, k)
+    Buffer<std::int32_t> member;     // (H, W, k)
+    Buffer<float> omega;             // (H, W, k)
+    Buffer<std::uint8_t> visible;    // (H, W, k)
+    int channels;                    // 3 for ratio_rgb, else 1
+    Buffer<float> shadowed, weight;  // (H, W, channels)
+    Buffer<vec3> direct, area;       // (H, W)
+    std::vector<vec3> left_out;      // (H, W), empty without compensation
 };
 
 ShadowData trace_shadow_rays(const Scene& scene, const HierarchyView& hierarchy, const GBufferView& gbuffer,
                              const LightingView& lighting, const Params& params);
+// The same, with visibility by `trace`, called from any thread with the numbers of `shadow_blocks` blocks; without
+// compensation.
+std::size_t shadow_blocks(const GBufferView& gbuffer, const Params& params);
+ShadowData trace_shadow_rays(const Scene& scene, const HierarchyView& hierarchy, const GBufferView& gbuffer,
+                             const LightingView& lighting, const Params& params, const TracePacket& trace);
 
 }  // namespace lab

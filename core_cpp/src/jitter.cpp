@@ -1,4 +1,4 @@
-#include "lab/draw_member.h"
+#include "lab/jitter.h"
 
 #include <algorithm>
 #include <array>
@@ -6,18 +6,6 @@
 #include <numbers>
 
 namespace lab {
-
-std::uint32_t draw_member(const HierarchyView& h, std::uint32_t light, const Random4& random) {
-    const auto inputs = static_cast<std::uint32_t>(h.input_index.size());
-    std::uint32_t bits = random.x;
-    while (light >= inputs) {  // once, or through S1
-        const std::size_t row = light - inputs;
-        const std::int64_t first = h.members.offset[row], count = h.members.offset[row + 1] - first;
-        light = alias_draw(h.members.slot.data() + first, static_cast<std::uint64_t>(count), bits);
-        bits = random.y;
-    }
-    return light;
-}
 
 float sample_raised_cosine(float u) {
     // The distribution x/2 + sin(pi x)/(2 pi) + 1/2 has no closed inverse: a table, inverted once by
