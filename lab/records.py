@@ -76,6 +76,18 @@ class Lights:
         for name, value in (("position", position), ("flux", flux), ("normal", normal)):
             object.__setattr__(self, name, value)
 
+    @classmethod
+    def of_paths(cls, position: Floats, flux: Floats, normal: Floats, paths_launched: int) -> Lights:
+        """Lights that an engine traced, in arrays of its own: only their magnitudes are looked at."""
+        bounds = ((position, _LARGEST), (flux, _LARGEST / max(flux.size, 1)), (normal, 1.001))
+        if not all(-limit <= a.min(initial=0) and a.max(initial=0) <= limit for a, limit in bounds):
+            return cls(position, flux, normal, paths_launched)  # says what is wrong with them
+        lights = object.__new__(cls)
+        for name, value in zip(("position", "flux", "normal"), (position, flux, normal), strict=True):
+            object.__setattr__(lights, name, value)
+        object.__setattr__(lights, "paths_launched", paths_launched)
+        return lights
+
     def __len__(self) -> int:
         return len(self.position)
 
@@ -113,9 +125,9 @@ class Members:
     slots is taken evenly, and gives its own light in ``keep`` of 2^32 cases, else its other one. These are merged
     indices of lights of a finer level, whose own row is then drawn from, down to an input light. Level 1 is made of
     input lights, in proportion to trilinear weight times luminance; so is level 2 of S1's lights (gather; with a
-    half-open range every coarser level is). The others are made of the vertices of the next finer level: their tents
-    add up to the coarser one's, which makes it the same draw. A row's first columns name all its members, once each;
-    some may have no weight.
+    half-open range every coarser level is). The others are made of the vertices of level 2 (or of level 1, where they
+    are level 2 themselves): the finer tents add up to the coarser one's, which makes it the same draw. A row's first
+    columns name all its members, once each; some may have no weight.
 
     Attributes:
         offset: (m - n + 1,) int64.    slot: (e, 3) uint32, own light, other light, keep.

@@ -1,6 +1,7 @@
 #include "lab/build_members.h"
 
 #include <algorithm>
+#include <cstdlib>
 #include <numeric>
 
 #include "lab/cell_keys.h"
@@ -92,27 +93,49 @@ class MembersByCells {
     }
 };
 
-// The vertices of the next finer level that a vertex is the sum of: see coarsen.h.
-class MembersByLevel {
+// The vertices of a finer level that a vertex is the sum of: see coarsen.h. Two or more levels further up, a tent is
+// the sum of as many more of the finer ones, in shares that fall off linearly along each axis.
+class MembersByVertices {
   public:
-    MembersByLevel(const HierarchyView& h, const Grid& grid, int level) : h_(h), finer_(h, grid, level - 1) {}
+    MembersByVertices(const HierarchyView& h, const Grid& grid, int level, int from)
+        : h_(h), finer_(h, grid, from), shift_(level - from) {}
 
     template <class Add>
     void count(int y, int z, const Add& add) const {
-        visit_finer(finer_.grid, y, z, [&](const FinerVertex& at) { add(at.x, 1); });
+        visit_shares(y, z, [&](int x, std::uint32_t, double) { add(x, 1); });
     }
 
     template <class Add>
     void visit(int y, int z, const Add& add) const {
-        visit_finer(finer_.grid, y, z, [&](const FinerVertex& at) {
-            const std::size_t light = finer_.first + at.index;
-            add(at.x, static_cast<std::uint32_t>(light), static_cast<double>(at.share) * luminance(h_.flux[light]));
+        visit_shares(y, z, [&](int x, std::uint32_t i, double share) {
+            const std::size_t light = finer_.first + i;
+            add(x, static_cast<std::uint32_t>(light), share * luminance(h_.flux[light]));
         });
     }
 
   private:
     const HierarchyView& h_;
     LevelRows finer_;
+    int shift_;
+
+    // Calls visit(x, finer vertex, share) for what row (y, z) is made of.
+    template <class Visit>
+    void visit_shares(int y, int z, const Visit& visit) const {
+        const int reach = 1 << shift_, side = finer_.grid.side, last = (side - 1) >> shift_;
+        const double step = 1.0 / reach;
+        const int y0 = y << shift_, z0 = z << shift_;
+        for (int fz = std::max(0, z0 - reach + 1); fz < std::min(side, z0 + reach); ++fz)
+            for (int fy = std::max(0, y0 - reach + 1); fy < std::min(side, y0 + reach); ++fy) {
+                const double share = (1 - std::abs(fz - z0) * step) * (1 - std::abs(fy - y0) * step);
+                const std::size_t row = static_cast<std::size_t>(fz) * side + fy;
+                for (std::uint32_t i = finer_.grid.row_begin[row]; i < finer_.grid.row_begin[row + 1]; ++i) {
+                    const int fx = finer_.grid.vertex[i].x, x = fx >> shift_;
+                    const double far = (fx & (reach - 1)) * step;
+                    visit(x, i, share * (1 - far));
+                    if (far > 0 && x < last) visit(x + 1, i, share * far);
+                }
+            }
+    }
 };
 
 constexpr std::int64_t nowhere = -1;
@@ -122,11 +145,12 @@ template <class Visit>
 void for_vertex_rows(const LevelRows& level, const Visit& visit) {
     const int side = level.grid.side;
     const std::int64_t rows = static_cast<std::int64_t>(side) * side;
+    const int share = rows < 4096 ? 1 : 32;  // few rows have many members each
 #pragma omp parallel
     {
         std::vector<std::int64_t> index(side + 1, nowhere);  // of the vertex at x, inside its level
         auto own = visit.fresh();
-#pragma omp for schedule(dynamic, 32)
+#pragma omp for schedule(dynamic, share)
         for (std::int64_t row = 0; row < rows; ++row) {
             const std::uint32_t begin = level.grid.row_begin[row], end = level.grid.row_begin[row + 1];
             if (begin == end) continue;
@@ -186,7 +210,7 @@ void with_members(const HierarchyView& h, const Grid& grid, int level, const Par
     else if (half_open || (level == 2 && params.construction == Construction::gather))
         use(MembersByCells(h, grid, level, 1, half_open));
     else
-        use(MembersByLevel(h, grid, level));
+        use(MembersByVertices(h, grid, level, std::min(level - 1, 2)));
 }
 
 }  // namespace

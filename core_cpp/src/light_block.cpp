@@ -34,28 +34,103 @@ GroupBounds bounds_of(const PixelGroup* begin, const PixelGroup* end) {
     return all;
 }
 
-// The lights of each level that reach a group, counted pixel by pixel.
+// Where a light counts as overdraw.
+struct LightCube {
+    vec3 centre;
+    float half_edge;
+    int level;
+};
+
+// Counts of a group's pixels, gathered level by level before they go to the pictures.
+class LevelCounts {
+  public:
+    LevelCounts(const PixelGroup& group, std::size_t pixels, Buffer<std::uint32_t>& out)
+        : group_(group), pixels_(pixels), out_(out) {}
+    ~LevelCounts() { flush(); }
+    LevelCounts(const LevelCounts&) = delete;
+    LevelCounts& operator=(const LevelCounts&) = delete;
+
+    // The lanes' counts of a level, until another is asked for.
+    std::uint32_t* of(int level) {
+        if (level != level_) flush();
+        level_ = level;
+        return count_;
+    }
+
+    void add_to_all(int level) {
+        of(level);
+        ++all_;
+    }
+
+  private:
+    const PixelGroup& group_;
+    std::size_t pixels_;
+    Buffer<std::uint32_t>& out_;
+    int level_ = -1;
+    std::uint32_t count_[group_lanes] = {}, all_ = 0;
+
+    void flush() {
+        if (level_ < 0) return;
+        for (int lane = 0; lane < group_.count; ++lane)
+            out_[level_ * pixels_ + group_.pixel[lane]] += count_[lane] + all_;
+        std::fill_n(count_, group_lanes, 0u);
+        all_ = 0;
+    }
+};
+
+// The lights of each level that reach a group.
 void count_used(const LightFrame& frame, const ReadyLight* lights, const std::uint32_t* list, const PixelGroup& g,
                 const LightBatch& batch, LightingData& out) {
-    const std::size_t pixels = frame.gbuffer.pixels();
-    for (std::size_t i = 0; i < batch.size; ++i)
-        for (int lane = 0; lane < g.count; ++lane)
-            out.lights_used[lights[list[i]].level * pixels + g.pixel[lane]] +=
-                batch.target[i * group_lanes + lane] > 0.0f;
+    LevelCounts counts(g, frame.gbuffer.pixels(), out.lights_used);
+    for (std::size_t i = 0; i < batch.size; ++i) {
+        std::uint32_t* count = counts.of(lights[list[i]].level);
+        const float* target = batch.target + i * group_lanes;
+#pragma omp simd
+        for (int lane = 0; lane < group_lanes; ++lane) count[lane] += target[lane] > 0.0f ? 1u : 0u;
+    }
 }
 
-void count_overdraw(const LightFrame& frame, const BlockScratch& s, const PixelGroup& g, int tile, LightingData& out) {
-    const std::size_t pixels = frame.gbuffer.pixels();
-    const LightColumns& lights = s.dealt[tile];
-    for (std::size_t i = 0; i < lights.size(); ++i) {
-        const ReadyLight& light = s.lights[lights.slot(i)];
-        const vec3 gap = glm::abs(light.position - g.bounds.centre) - g.bounds.extent;
-        if (gap.x > light.outer * 1.0001f || gap.y > light.outer * 1.0001f || gap.z > light.outer * 1.0001f) continue;
-        for (int lane = 0; lane < g.count; ++lane)
-            out.overdraw[light.level * pixels + g.pixel[lane]] +=
-                std::abs(g.px[lane] - light.position.x) <= light.outer &&
-                std::abs(g.py[lane] - light.position.y) <= light.outer &&
-                std::abs(g.pz[lane] - light.position.z) <= light.outer;
+// A light's cube, as far as a group's pixels are concerned: with a little to spare for rounding, most lights need no
+// look at single pixels.
+enum class Cover { none, some, all };
+
+Cover cover(const LightCube& cube, const GroupBounds& bounds) {
+    const vec3 apart = glm::abs(cube.centre - bounds.centre);
+    const vec3 nearest = apart - bounds.extent, farthest = apart + bounds.extent;
+    const float more = cube.half_edge * 1.0001f, less = cube.half_edge * 0.9999f;
+    if (nearest.x > more || nearest.y > more || nearest.z > more) return Cover::none;
+    return farthest.x < less && farthest.y < less && farthest.z < less ? Cover::all : Cover::some;
+}
+
+// The cubes, of the lights dealt to a tile, that may hold pixels of a patch.
+void find_cubes(const BlockScratch& s, const LightColumns& dealt, const GroupBounds& patch,
+                std::vector<LightCube>& cubes) {
+    cubes.clear();
+    for (std::size_t i = 0; i < dealt.size(); ++i) {
+        const ReadyLight& light = s.lights[dealt.slot(i)];
+        const LightCube cube{light.position, light.outer, light.level};
+        if (cover(cube, patch) != Cover::none) cubes.push_back(cube);
+    }
+}
+
+void count_overdraw(const LightFrame& frame, const std::vector<LightCube>& cubes, const PixelGroup& g,
+                    LightingData& out) {
+    LevelCounts counts(g, frame.gbuffer.pixels(), out.overdraw);
+    for (const LightCube& cube : cubes) {
+        const Cover covers = cover(cube, g.bounds);
+        if (covers == Cover::none) continue;
+        if (covers == Cover::all) {
+            counts.add_to_all(cube.level);
+            continue;
+        }
+        std::uint32_t* count = counts.of(cube.level);
+        const float x = cube.centre.x, y = cube.centre.y, z = cube.centre.z, half_edge = cube.half_edge;
+#pragma omp simd
+        for (int lane = 0; lane < group_lanes; ++lane) {
+            const bool inside = magnitude(g.px[lane] - x) <= half_edge && magnitude(g.py[lane] - y) <= half_edge &&
+                                magnitude(g.pz[lane] - z) <= half_edge;
+            count[lane] += inside ? 1u : 0u;
+        }
     }
 }
 
@@ -101,15 +176,19 @@ void light_block(const LightFrame& frame, int block, BlockScratch& s, LightingDa
         bounds.slab += no_horizon;
         return cull(bounds, lights, s.kept.data());
     };
+    const bool counts = !out.overdraw.empty();
+    std::vector<LightCube> cubes;
     with_kinds(frame.settings, [&]<bool soft, bool clamped>() {
         for (const Patch& patch : s.patches) {
             PixelGroup* const begin = s.groups.data() + patch.begin;
             PixelGroup* const end = s.groups.data() + patch.end;
             const LightColumns& dealt = s.dealt[patch.tile];
-            const std::size_t near = cull_into(bounds_of(begin, end), dealt);
+            const GroupBounds bounds = bounds_of(begin, end);
+            const std::size_t near = cull_into(bounds, dealt);
             s.near.assign(dealt, s.kept.data(), near);
+            if (counts) find_cubes(s, dealt, bounds, cubes);
             for (PixelGroup* g = begin; g != end; ++g) {
-                if (!out.overdraw.empty()) count_overdraw(frame, s, *g, patch.tile, out);
+                if (counts) count_overdraw(frame, cubes, *g, out);
                 const std::size_t count = cull_into(g->bounds, s.near);
                 for (std::size_t i = 0; i < count; ++i) s.kept[i] = s.near.slot(s.kept[i]);
                 light_pixels<soft, clamped>(frame, *g, s.kept.data(), count, s, out);

@@ -182,6 +182,7 @@ void RayTracer::intersect(const RayPacket& packet, int count, Coherence coherenc
     for (int i = 0; i < RayPacket::size; ++i) {
         r.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
         r.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
+        r.hit.u[i] = r.hit.v[i] = 0.0f;  // rays that meet nothing are computed along with the others
     }
     EmbreeQuery(coherence).intersect(Valid(count).lane, self_->scene, &r);
     for (int i = 0; i < count; ++i) {

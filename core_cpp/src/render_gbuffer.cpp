@@ -3,7 +3,6 @@
 #include <hwy/foreach_target.h>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <numbers>
 
@@ -11,6 +10,7 @@
 #include "lab/reservoir.h"
 #include "lab/select.h"
 #include "lab/side_by_side.h"
+#include "lab/texture_lanes.h"
 
 #include <hwy/highway.h>
 
@@ -18,6 +18,8 @@ HWY_BEFORE_NAMESPACE();
 namespace lab {
 namespace HWY_NAMESPACE {
 namespace {
+
+namespace hn = hwy::HWY_NAMESPACE;
 
 constexpr int lanes = RayPacket::size;
 using Lanes = float[lanes];
@@ -122,18 +124,59 @@ void see_geometry(const RayPacket& rays, const HitPacket& hits, const Corners& c
     }
 }
 
-void texture(const Scene& scene, const Corners& corners, const HitPacket& hits, int count, Seen& seen) {
-    for (int i = 0; i < count; ++i) {
-        const int t = std::bit_cast<std::int32_t>(corners.material[3][i]);
-        if (t < 0 || hits.triangle[i] == Hit::none) continue;
-        const Texture& texture = scene.data().textures[t];
-        const vec3 colour = texture.sample({seen.u[i], seen.v[i]}, seen.level[i] + 0.5f * texture.log2_texels());
-        for (int k = 0; k < 3; ++k) seen.albedo[k][i] *= colour[k];
+// Depths, and zeros wherever the camera sees nothing.
+void finish(const CameraRays& camera, const RayPacket& rays, const HitPacket& hits, Seen& seen) {
+#pragma omp simd
+    for (int i = 0; i < lanes; ++i) {
+        const vec3 direction(rays.direction_x[i], rays.direction_y[i], rays.direction_z[i]);
+        const float depth = camera.depth(direction, hits.t[i]);
+        seen.depth[i] = hits.triangle[i] != Hit::none ? depth : 0.0f;
     }
+    for (auto* plane : {seen.position, seen.geometric_normal, seen.normal, seen.albedo, seen.emission})
+        for (int k = 0; k < 3; ++k)
+#pragma omp simd
+            for (int i = 0; i < lanes; ++i) plane[k][i] = hits.triangle[i] != Hit::none ? plane[k][i] : 0.0f;
 }
 
 vec3 lane(const Lanes* columns, int i) {
     return {columns[0][i], columns[1][i], columns[2][i]};
+}
+
+// A whole block: each of its rows is four pixels, twelve numbers.
+HWY_INLINE void store_block(const Lanes* columns, std::size_t first, std::size_t width, Buffer<vec3>& plane) {
+    const hn::Full128<float> d;
+    auto* out = reinterpret_cast<float*>(plane.data() + first);
+    for (int row = 0; row < PixelBlocks::side; ++row, out += 3 * width) {
+        const int i = row * PixelBlocks::side;
+        hn::StoreInterleaved3(hn::LoadU(d, columns[0] + i), hn::LoadU(d, columns[1] + i), hn::LoadU(d, columns[2] + i),
+                              d, out);
+    }
+}
+
+void store(const Seen& seen, const PixelBlocks& blocks, int column, int row, int count, GBufferData& g) {
+    const int left = column * PixelBlocks::side, top = row * PixelBlocks::side;
+    const auto width = static_cast<std::size_t>(blocks.width());
+    if (count == lanes) {
+        const std::size_t first = top * width + left;
+        store_block(seen.position, first, width, g.position);
+        store_block(seen.geometric_normal, first, width, g.geometric_normal);
+        store_block(seen.normal, first, width, g.normal);
+        store_block(seen.albedo, first, width, g.albedo);
+        store_block(seen.emission, first, width, g.emission);
+        for (int k = 0; k < PixelBlocks::side; ++k)
+            std::copy_n(seen.depth + k * PixelBlocks::side, PixelBlocks::side, g.depth.data() + first + k * width);
+        return;
+    }
+    const int across = std::min(PixelBlocks::side, blocks.width() - left);
+    for (int i = 0; i < count; ++i) {
+        const std::size_t p = (top + i / across) * width + left + i % across;
+        g.position[p] = lane(seen.position, i);
+        g.geometric_normal[p] = lane(seen.geometric_normal, i);
+        g.normal[p] = lane(seen.normal, i);
+        g.albedo[p] = lane(seen.albedo, i);
+        g.emission[p] = lane(seen.emission, i);
+        g.depth[p] = seen.depth[i];
+    }
 }
 
 void RenderRow(const Scene& scene, const PixelBlocks& blocks, int row, GBufferData& g) {
@@ -146,20 +189,9 @@ void RenderRow(const Scene& scene, const PixelBlocks& blocks, int row, GBufferDa
         scene.rays().intersect(rays, count, Coherence::coherent, hits);
         find_corners(scene, hits, count, corners);
         see_geometry(rays, hits, corners, g.pixel_angle, seen);
-        texture(scene, corners, hits, count, seen);
-        const int left = column * PixelBlocks::side, across = std::min(PixelBlocks::side, blocks.width() - left);
-        for (int i = 0; i < count; ++i) {
-            const int x = left + i % across, y = row * PixelBlocks::side + i / across;
-            const std::size_t p = static_cast<std::size_t>(y) * blocks.width() + x;
-            const bool found = hits.triangle[i] != Hit::none;
-            g.position[p] = found ? lane(seen.position, i) : vec3(0.0f);
-            g.geometric_normal[p] = found ? lane(seen.geometric_normal, i) : vec3(0.0f);
-            g.normal[p] = found ? lane(seen.normal, i) : vec3(0.0f);
-            g.albedo[p] = found ? lane(seen.albedo, i) : vec3(0.0f);
-            g.emission[p] = found ? lane(seen.emission, i) : vec3(0.0f);
-            const vec3 direction(rays.direction_x[i], rays.direction_y[i], rays.direction_z[i]);
-            g.depth[p] = found ? blocks.camera().depth(direction, hits.t[i]) : 0.0f;
-        }
+        multiply_textures(scene, corners.material[3], seen.u, seen.v, seen.level, seen.albedo);
+        finish(blocks.camera(), rays, hits, seen);
+        store(seen, blocks, column, row, count, g);
     }
 }
 

@@ -7,6 +7,16 @@
 #include "lab/luminance.h"
 
 namespace lab {
+namespace {
+
+vec3 unit_normal(const VertexRow& a, const VertexRow& b, const VertexRow& c) {
+    const glm::dvec3 from = a.position;
+    const glm::dvec3 n = glm::cross(glm::dvec3(b.position) - from, glm::dvec3(c.position) - from);
+    const double length = glm::length(n);
+    return length > 0 ? vec3(n / length) : vec3(0.0f);
+}
+
+}  // namespace
 
 Scene::Scene(SceneData data) : data_(std::move(data)) {
     vec3 low(std::numeric_limits<float>::max()), high = -low;
@@ -24,6 +34,12 @@ Scene::Scene(SceneData data) : data_(std::move(data)) {
         vertices_.push_back({data_.position[i], data_.uv[i].x, data_.normal[i], data_.uv[i].y, data_.colour[i], 0.0f});
     for (const Material& m : data_.materials)
         materials_.push_back({m.base_colour, m.texture, m.emission, m.two_sided ? 1.0f : 0.0f});
+    for (const Texture& t : data_.textures) {
+        const std::vector<Mip>& mips = t.mips();
+        const auto last = static_cast<float>(mips.size() - 1);
+        textures_.push_back({static_cast<std::int32_t>(mips_.size()), last, 0.5f * t.log2_texels(), 0.0f});
+        mips_.insert(mips_.end(), mips.begin(), mips.end());
+    }
     find_emitters();
     rays_ = std::make_unique<RayTracer>(data_);
 }
@@ -35,10 +51,7 @@ vec3 Scene::point_on(std::uint32_t triangle, float u, float v) const {
 
 vec3 Scene::triangle_normal(std::uint32_t triangle) const {
     const glm::uvec3 t = data_.triangle[triangle];
-    const glm::dvec3 a = data_.position[t.x];
-    const glm::dvec3 n = glm::cross(glm::dvec3(data_.position[t.y]) - a, glm::dvec3(data_.position[t.z]) - a);
-    const double length = glm::length(n);
-    return length > 0 ? vec3(n / length) : vec3(0.0f);
+    return unit_normal(vertices_[t.x], vertices_[t.y], vertices_[t.z]);
 }
 
 void Scene::find_emitters() {
@@ -76,32 +89,47 @@ bool Surface::turn_toward(const vec3& arriving) {
     return front;
 }
 
+namespace {
+
+vec2 texture_point(const VertexRow& a, const VertexRow& b, const VertexRow& c, const Hit& hit) {
+    const float w = 1 - hit.u - hit.v;
+    return w * vec2(a.u, a.v) + hit.u * vec2(b.u, b.v) + hit.v * vec2(c.u, c.v);
+}
+
+}  // namespace
+
+void Scene::prefetch(const Hit& hit) const {
+    const int texture = materials_[data_.material_of[hit.triangle]].texture;
+    if (texture < 0) return;
+    const glm::uvec3 t = data_.triangle[hit.triangle];
+    data_.textures[texture].prefetch(texture_point(vertices_[t.x], vertices_[t.y], vertices_[t.z], hit));
+}
+
 Surface Scene::surface(const Hit& hit, float footprint) const {
     const glm::uvec3 t = data_.triangle[hit.triangle];
+    const VertexRow &a = vertices_[t.x], &b = vertices_[t.y], &c = vertices_[t.z];
     const float w = 1 - hit.u - hit.v;
-    const Material& material = data_.materials[data_.material_of[hit.triangle]];
+    const MaterialRow& material = materials_[data_.material_of[hit.triangle]];
     Surface s;
-    s.position = point_on(hit.triangle, hit.u, hit.v);
-    s.geometric_normal = triangle_normal(hit.triangle);
-    const vec3 n = w * data_.normal[t.x] + hit.u * data_.normal[t.y] + hit.v * data_.normal[t.z];
+    s.position = w * a.position + hit.u * b.position + hit.v * c.position;
+    s.geometric_normal = unit_normal(a, b, c);
+    const vec3 n = w * a.normal + hit.u * b.normal + hit.v * c.normal;
     const float length = glm::length(n);
     s.normal = length > 1e-6f ? n / length : s.geometric_normal;
-    s.albedo = material.base_colour * (w * data_.colour[t.x] + hit.u * data_.colour[t.y] + hit.v * data_.colour[t.z]);
+    s.albedo = material.base_colour * (w * a.colour + hit.u * b.colour + hit.v * c.colour);
     s.emission = material.emission;
-    s.emits_back = material.two_sided;
+    s.emits_back = material.emits_back > 0;
     if (material.texture >= 0) {
         const Texture& texture = data_.textures[material.texture];
-        const vec2 a = data_.uv[t.x], b = data_.uv[t.y], c = data_.uv[t.z];
         float level = 0;
         if (footprint > 0) {  // texels per pixel: ratio of the triangle's areas in texels and in space
-            const vec2 e = b - a, f = c - a;
-            const float texels = std::abs(e.x * f.y - e.y * f.x) * static_cast<float>(texture.width()) *
+            const float eu = b.u - a.u, ev = b.v - a.v, fu = c.u - a.u, fv = c.v - a.v;
+            const float texels = std::abs(eu * fv - ev * fu) * static_cast<float>(texture.width()) *
                                  static_cast<float>(texture.height());
-            const float area = glm::length(
-                glm::cross(data_.position[t.y] - data_.position[t.x], data_.position[t.z] - data_.position[t.x]));
+            const float area = glm::length(glm::cross(b.position - a.position, c.position - a.position));
             level = 0.5f * std::log2(texels / area * footprint * footprint);
         }
-        s.albedo *= texture.sample(w * a + hit.u * b + hit.v * c, level);
+        s.albedo *= texture.sample(texture_point(a, b, c, hit), level);
     }
     return s;
 }

@@ -47,43 +47,49 @@ struct RandomColumns {
     std::uint32_t x[capacity], y[capacity], z[capacity];
 };
 
-// Members of many lights at a time: each is drawn level by level, down to S1 and then to S0. The memory that a step
-// will read is asked for while the others' addresses are found, so that nobody waits for it alone.
+// The next numbers of all sequences.
+void advance(RandomColumns& random, int count) {
+#pragma omp simd
+    for (int j = 0; j < count; ++j) random.x[j] = pcg(random.y[j]);
+}
+
+// Members of many lights at a time: each is drawn from a finer level, down to S1 and then to S0. The memory that a step
+// will read is asked for while the others' addresses are found, so that nobody waits for it alone. Picks next to each
+// other are of one level, mostly, and arrive together: those that have arrived go along unchanged.
 void draw_members(const HierarchyView& h, const MemberRow* rows, RandomColumns& random, int count,
                   std::uint32_t* light) {
     const auto inputs = static_cast<std::uint32_t>(h.input_index.size());
     const std::int64_t* offset = h.members.offset.data();
     const AliasSlot* slots = h.members.slot.data();
-    std::uint16_t grid[capacity];  // which are grid lights still
     const AliasSlot* slot[capacity];
     std::uint32_t rest[capacity];
-    int grids = 0;
+    const auto ask_for = [&](std::uint32_t next) {
+        const void* row = next < inputs ? static_cast<const void*>(rows + next) : offset + (next - inputs);
+        hwy::Prefetch(static_cast<const char*>(row));
+    };
+    std::uint32_t coarsest = 0;
     for (int j = 0; j < count; ++j) {
-        grid[grids] = static_cast<std::uint16_t>(j);
-        grids += light[j] >= inputs;
-        hwy::Prefetch(rows + (light[j] < inputs ? light[j] : 0));
+        ask_for(light[j]);
+        coarsest = light[j] > coarsest ? light[j] : coarsest;
     }
-    while (grids > 0) {
-        for (int i = 0; i < grids; ++i) {
-            const std::size_t row = light[grid[i]] - inputs;
+    while (coarsest >= inputs) {
+        for (int j = 0; j < count; ++j) {
+            const std::size_t row = light[j] < inputs ? 0 : light[j] - inputs;
             const std::int64_t first = offset[row];
-            const AliasChoice choice =
-                alias_choice(static_cast<std::uint64_t>(offset[row + 1] - first), random.x[grid[i]]);
-            slot[i] = slots + first + choice.slot;
-            rest[i] = choice.rest;
-            hwy::Prefetch(slot[i]);
-            hwy::Prefetch(&slot[i]->keep);  // may lie in the next line
+            const AliasChoice choice = alias_choice(static_cast<std::uint64_t>(offset[row + 1] - first), random.x[j]);
+            slot[j] = slots + first + choice.slot;
+            rest[j] = choice.rest;
+            hwy::Prefetch(slot[j]);
+            hwy::Prefetch(&slot[j]->keep);  // may lie in the next line
         }
-        int left = 0;
-        for (int i = 0; i < grids; ++i) {
-            const std::uint32_t j = grid[i], chosen = alias_item(*slot[i], rest[i]);
-            light[j] = chosen;
-            random.x[j] = pcg(random.y[j]);
-            grid[left] = static_cast<std::uint16_t>(j);
-            left += chosen >= inputs;
-            hwy::Prefetch(rows + (chosen < inputs ? chosen : 0));
+        advance(random, count);
+        coarsest = 0;
+        for (int j = 0; j < count; ++j) {
+            const std::uint32_t chosen = alias_item(*slot[j], rest[j]);
+            light[j] = light[j] < inputs ? light[j] : chosen;
+            ask_for(light[j]);
+            coarsest = light[j] > coarsest ? light[j] : coarsest;
         }
-        grids = left;
     }
 }
 

@@ -45,6 +45,8 @@ Chunk trace_chunk(const Scene& scene, const LightPaths& lights, std::int64_t fir
         hits.resize(rays.size());
         if (see) see(rays);
         scene.rays().intersect(rays, hits, Coherence::incoherent);
+        for (const Hit& hit : hits)
+            if (hit.found()) scene.prefetch(hit);
         std::size_t alive = 0;
         for (std::size_t i = 0; i < rays.size(); ++i) {
             if (!hits[i].found()) continue;

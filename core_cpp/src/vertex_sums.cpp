@@ -1,5 +1,6 @@
 #include "lab/vertex_sums.h"
 
+#include <algorithm>
 #include <bit>
 #include <utility>
 
@@ -118,9 +119,14 @@ void AddFloating(const LightTerms* lights, const CellRun<FloatingPoint>* runs, s
 using Four = hn::FixedTag<float, 4>;
 using Four4 = hn::Vec<Four>;
 
-// A vector and one lane of what comes after it, which is there to be read: see LightArrays.
-HWY_INLINE Four4 load(const vec3& v) {
-    return hn::LoadU(Four(), &v.x);
+// `count` numbers in the first lanes. Where another light follows, its first numbers come along: quicker to read, and
+// of no use. What follows the last one is for other threads to write.
+template <int count>
+HWY_INLINE Four4 load(const float* numbers, bool another_follows) {
+    if (another_follows) return hn::LoadU(Four(), numbers);
+    alignas(16) float own[4] = {};
+    std::copy_n(numbers, count, own);
+    return hn::Load(Four(), own);
 }
 
 HWY_INLINE Four4 nothing_before_face(const LevelSource& source, std::size_t i, const TermSettings& settings,
@@ -148,8 +154,10 @@ void PrepareTerms(const LevelSource& source, const TermSettings& settings, const
     const auto unit = hn::Set(d, source.s1() ? 1.0f : 0x1p32f);  // exact: a power of two
     for (std::size_t k = 0; k < count; ++k) {
         const std::size_t i = source.first + index[k];
+        const bool another = index[k] + 1 < source.count;
+        const auto vector = [&](const Buffer<vec3>& of) HWY_ATTR { return load<3>(&of[i].x, another); };
         LightTerms& light = out[k];
-        const auto u = hn::Mul(hn::Sub(load(source.lights.position[i]), origin), inverse);
+        const auto u = hn::Mul(hn::Sub(vector(source.lights.position), origin), inverse);
         const auto cell = hn::Min(hn::Max(hn::Floor(u), zero), last);
         const auto far = hn::IfThenElseZero(three_lanes, hn::Min(hn::Max(hn::Sub(u, cell), zero), one));
         auto near = hn::Sub(one, far);
@@ -157,7 +165,7 @@ void PrepareTerms(const LevelSource& source, const TermSettings& settings, const
 
         auto spread = zero;  // law of total variance
         if (carry) {
-            const auto deviation = hn::Mul(load(source.lights.deviation[i]), inverse);
+            const auto deviation = hn::Mul(vector(source.lights.deviation), inverse);
             spread = hn::IfThenElseZero(three_lanes, hn::Mul(deviation, deviation));
         }
         const auto before = hn::Sub(far, one);  // seen from the far face
@@ -166,15 +174,15 @@ void PrepareTerms(const LevelSource& source, const TermSettings& settings, const
         hn::Store(before, d, light.place[1]);
         hn::Store(hn::Add(hn::Mul(before, before), spread), d, light.place[1] + 4);
 
-        const auto flux = hn::Div(load(source.lights.flux[i]), scale);
+        const auto flux = hn::Div(vector(source.lights.flux), scale);
         const auto weight = carry ? hn::Set(d, source.weight[index[k]]) : one;
         hn::Store(hn::IfThenElse(three_lanes, flux, weight), d, light.term);
-        const auto normal = hn::ShiftLeftLanes<1>(d, load(source.lights.normal[i]));
+        const auto normal = hn::ShiftLeftLanes<1>(d, vector(source.lights.normal));
         hn::Store(hn::IfThenElse(first_lane, one, normal), d, light.term + 4);
         const float* moment = &source.lights.normal_moment[i].xx;
         hn::Store(hn::LoadU(d, moment), d, light.term + 8);
         const auto oriented = hn::Set(d, static_cast<float>(source.lights.oriented[i] != 0));
-        hn::Store(hn::ConcatLowerLower(d, hn::IfThenElseZero(first_lane, oriented), hn::LoadU(d, moment + 4)), d,
+        hn::Store(hn::ConcatLowerLower(d, hn::IfThenElseZero(first_lane, oriented), load<2>(moment + 4, another)), d,
                   light.term + 12);
 
         auto each = weight;

@@ -15,6 +15,9 @@ class Definition(NamedTuple):
 
 RATIOS = {
     "lighting_vs_kernel": Definition("limit of light / time of light", ">= 0.6", True),
+    "lighting_vs_own_kernel": Definition(
+        "time that the stage's own kernel needs for the pairs used, on the same perfect lists / time of light", "", True
+    ),
     "gbuffer_vs_embree": Definition("limit of render_gbuffer / its time", ">= 0.85", True),
     "shadow_rays_vs_embree": Definition("limit of trace_shadow_rays / its time", ">= 0.85", True),
     "visited_per_used": Definition(

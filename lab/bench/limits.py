@@ -14,6 +14,9 @@ from lab.records import Frame
 TRACING = ("trace_vpls", "render_gbuffer", "trace_shadow_rays")
 """Stages whose limit is Embree."""
 
+OWN_KERNEL = "own_light_kernel"
+"""Beside the limit of light: what its own kernel takes where lists are perfect."""
+
 STREAM_BYTES, STREAM_PASSES = 256 * 2**20, 4
 
 
@@ -54,10 +57,11 @@ class Limits:
         return {stage: 1e3 * self.engine.embree_alone(stage, self.frame)[1]}
 
     def light_ms(self) -> dict[str, float]:
-        """The plain kernel's time for the pairs that add light."""
-        frame = self.frame
-        rate = self.engine.light_kernel_rate(frame.hierarchy, frame.gbuffer, frame.params)
-        return {"light": 1e3 * self.work.pairs_used / rate if rate > 0 else 0.0}
+        """Two kernels' times for the pairs that add light: the plain one's, and that of the stage's own."""
+        frame, used = self.frame, self.work.pairs_used
+        lit = frame.hierarchy, frame.gbuffer, frame.params
+        rates = {"light": self.engine.plain_light_rate(*lit), OWN_KERNEL: self.engine.light_kernel_rate(*lit)}
+        return {name: 1e3 * used / rate if rate > 0 else 0.0 for name, rate in rates.items()}
 
     def stream_ms(self) -> dict[str, float]:
         """Time to stream what must be read and written."""

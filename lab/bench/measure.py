@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
-from lab.bench.limits import TRACING, Limits, stream_rate
+from lab.bench.limits import OWN_KERNEL, TRACING, Limits, stream_rate
 from lab.bench.spread import Spread
 from lab.bench.traffic import construction
 from lab.bench.turns import Turn
@@ -99,6 +99,7 @@ def whole_frames(view: View, every: int, limits_every: int, **changes: object) -
             "stages_ms": {stage: times[stage] for stage in STAGES},
             "frame_ms": times["frame"],
             "limits_ms": {stage: best[stage] for stage in STAGES},
+            "own_kernel_ms": best[OWN_KERNEL],
             "stream_bytes_per_s": best["bytes_per_s"],
             "counts": {
                 "lights": len(frame.lights),

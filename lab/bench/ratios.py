@@ -27,6 +27,9 @@ def _of_frames(record: Record) -> dict[str, float | None]:
     counts = record["counts"]
     return {
         "lighting_vs_kernel": reached("light"),
+        "lighting_vs_own_kernel": _over(
+            _median(record["limits"], "own_light_kernel_ms"), _median(record["stages_ms"], "light")
+        ),
         "gbuffer_vs_embree": reached("render_gbuffer"),
         "shadow_rays_vs_embree": reached("trace_shadow_rays"),
         "visited_per_used": _over(counts["pairs_visited"], counts["pairs_used"]),

@@ -89,6 +89,7 @@ def bench(
         "stream_bytes_per_s": frame["stream_bytes_per_s"],
         **_rates(frame, frame["limits_ms"]),
         "stages_ms": frame["limits_ms"],
+        "own_light_kernel_ms": frame["own_kernel_ms"],
     }
     record |= {"fast_frame": found["fast_frame"], "lighting_ms": found["lighting"]}
     record["construction_ms"] = {name: found.get(name) for name in ("many", "scattered")}

@@ -76,8 +76,12 @@ class CpuEngine:
         return _core.brute_force(self._core_scene, lights, gbuffer, *rows, draws, pass_number, params.to_core())
 
     def light_kernel_rate(self, hierarchy: Hierarchy, gbuffer: GBuffer, params: Params) -> float:
-        """Pairs of pixel and light a second that a plain kernel evaluates on perfect lists; 0 where there are none."""
+        """Pairs of pixel and light a second that stage light's kernel evaluates on perfect lists; 0: there are none."""
         return _core.light_kernel_rate(hierarchy, gbuffer, params.to_core(), self.scene_radius)
+
+    def plain_light_rate(self, hierarchy: Hierarchy, gbuffer: GBuffer, params: Params) -> float:
+        """The same of a plain kernel: the formulas as they stand, in a loop that the compiler makes wide."""
+        return _core.plain_light_rate(hierarchy, gbuffer, params.to_core(), self.scene_radius)
 
     def embree_alone(self, stage: str, frame: Frame) -> tuple[int, float]:
         """Of a stage that traces rays: how many, and the seconds that Embree alone takes for these very rays."""
@@ -102,7 +106,7 @@ class CpuEngine:
             raise LabError(
                 f"{self.scene.name}: {error}. Turn a light toward the scene (--sun x,y,z), or give it another"
             ) from None
-        return Lights(**found)
+        return Lights.of_paths(**found)
 
     def build_hierarchy(self, lights: Lights, params: Params) -> Hierarchy:
         """LY19 3.1; see :func:`build_hierarchy`."""

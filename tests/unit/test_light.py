@@ -142,8 +142,24 @@ def test_kernel_rate_is_a_rate(hierarchy):
     for samples in (0, 4):
         settings = Params(shadow_samples=samples, alpha=4).to_core()
         assert _core.light_kernel_rate(hierarchy, gbuffer, settings, RADIUS, 0.01) > 1e6
+        assert _core.plain_light_rate(hierarchy, gbuffer, settings, RADIUS, 0.01) > 1e6
     gbuffer.depth[:] = 0
-    assert _core.light_kernel_rate(hierarchy, gbuffer, Params().to_core(), RADIUS, 0.01) == 0
+    for rate in (_core.light_kernel_rate, _core.plain_light_rate):
+        assert rate(hierarchy, gbuffer, Params().to_core(), RADIUS, 0.01) == 0
+
+
+@pytest.mark.parametrize(
+    "settings", [{}, {"shadow_samples": 0}, {"falloff": "softened"}, {"receiver": "soft"}, {"picker": "race"}]
+)
+def test_both_kernels_do_the_same_work(hierarchy, settings):
+    """The plain one is a yardstick of the stage's own only if what they find on perfect lists is the same."""
+    rng = np.random.default_rng(9)
+    position = np.array([0.2, 0.1, 0.5]) + rng.normal(0, 1e-3, (400, 3))
+    gbuffer = cases.as_gbuffer(position, np.tile([0.6, 0.0, -0.8], (400, 1)), (20, 20))
+    lit = hierarchy, gbuffer, Params(alpha=4, **settings).to_core(), RADIUS
+    own, plain = _core.light_kernel_sums(*lit), _core.plain_light_sums(*lit)
+    assert own.shape == plain.shape and len(own) >= 16 and (own > 0).all()
+    np.testing.assert_allclose(plain, own, rtol=1e-5)
 
 
 @pytest.mark.parametrize("settings", [{}, {"interleave": 4}, {"picker": "race"}, {"first_shadow_level": 2}])

@@ -38,7 +38,7 @@ def source_level(level, settings):
     if level == 1:
         return 0
     gathered = settings.get("construction") != "scatter"
-    return 1 if gathered and (level == 2 or settings.get("gather_range") == "half_open") else level - 1
+    return 1 if gathered and settings.get("gather_range") == "half_open" else min(level - 1, 2)
 
 
 def rows_of(hierarchy, level):
@@ -60,11 +60,12 @@ def shares_by_lights(hierarchy, level, source, settings):
 def expected(hierarchy, level, settings):
     """Shares (m, r) of the vertices of `level` in the lights of the level they are made of, and the first of those."""
     source = source_level(level, settings)
-    if source == level - 1 and source >= (1 if settings.get("construction") == "scatter" else 2):
+    if source >= (1 if settings.get("construction") == "scatter" else 2):
+        reach = 2 ** (level - source)
         apart = np.abs(
-            hierarchy.levels[source].vertex.astype(int) - 2 * hierarchy.levels[level].vertex[:, None].astype(int)
+            hierarchy.levels[source].vertex.astype(int) - reach * hierarchy.levels[level].vertex[:, None].astype(int)
         )
-        share = np.prod(np.maximum(0, 1 - apart / 2), axis=2) * luminance(hierarchy.levels[source].flux)
+        share = np.prod(np.maximum(0, 1 - apart / reach), axis=2) * luminance(hierarchy.levels[source].flux)
         return share / share.sum(axis=1, keepdims=True), rows_of(hierarchy, source).start
     return shares_by_lights(hierarchy, level, source, settings), rows_of(hierarchy, source).start
 

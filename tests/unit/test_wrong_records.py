@@ -40,3 +40,15 @@ def test_lights_that_float32_can_not_sum_are_refused(position: float, flux: floa
     places = np.full((4, 3), position) * [[1], [-1], [1], [-1]]
     with pytest.raises(LabError, match="choose other units"):
         lab.Lights(position=places, flux=np.full((4, 3), flux))
+
+
+def test_traced_lights_are_checked_by_magnitude() -> None:
+    position, flux, normal = (np.full((3, 3), value, np.float32) for value in (1.0, 2.0, 0.0))
+    lights = lab.Lights.of_paths(position, flux, normal, 7)
+    assert lights.position is position and lights.flux is flux and lights.normal is normal
+    assert lights.paths_launched == 7
+    for name, bad in (("position", np.nan), ("position", -2e30), ("flux", 9e29), ("flux", np.inf), ("normal", 2.0)):
+        arrays = {"position": position, "flux": flux, "normal": normal}
+        arrays[name] = np.full((3, 3), bad, np.float32)
+        with pytest.raises(LabError, match="Lights"):
+            lab.Lights.of_paths(**arrays, paths_launched=7)

@@ -37,8 +37,9 @@ class CameraRays {
     vec3 eye() const { return eye_; }
 
     // Distance along the camera's axis of the point at `t` on a ray.
-    float depth(const vec3& direction, float t) const {
-        return t * static_cast<float>(glm::dot(glm::dvec3(direction), forward_));
+    LAB_INLINE float depth(const vec3& direction, float t) const {
+        const double along = direction.x * forward_.x + direction.y * forward_.y + direction.z * forward_.z;
+        return t * static_cast<float>(along);
     }
     float pixel_angle() const { return static_cast<float>(step_); }
 

@@ -8,7 +8,6 @@
 
 namespace lab {
 
-// Rows are read four floats at a time: one more than are used is always reserved.
 struct LightArrays {
     Buffer<vec3> position, flux, normal, deviation;
     Buffer<Symmetric> normal_moment;
@@ -32,7 +31,7 @@ struct LightArrays {
         for_each([count](auto& array) { array.resize(count); });
     }
     void reserve(std::size_t count) {
-        for_each([count](auto& array) { array.reserve(count + 1); });
+        for_each([count](auto& array) { array.reserve(count); });
     }
 };
 

@@ -10,6 +10,7 @@
 
 #include "lab/light_picks.h"
 #include "lab/random.h"
+#include "lab/receive_lanes.h"
 #include "lab/reservoir.h"
 
 HWY_BEFORE_NAMESPACE();

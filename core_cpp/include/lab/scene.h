@@ -72,6 +72,11 @@ struct MaterialRow {
     vec3 emission;
     float emits_back;  // 1 or 0
 };
+// And a texture: its levels are rows `first_mip` .. `first_mip` + `last` of Scene::mips().
+struct TextureRow {
+    std::int32_t first_mip;
+    float last, half_log2_texels, unused;
+};
 
 // What a ray found. Normals are as modelled until they are turned.
 struct Surface {
@@ -92,12 +97,16 @@ class Scene {
     const RayTracer& rays() const { return *rays_; }
     const std::vector<VertexRow>& vertices() const { return vertices_; }
     const std::vector<MaterialRow>& materials() const { return materials_; }
+    const std::vector<TextureRow>& textures() const { return textures_; }
+    const std::vector<Mip>& mips() const { return mips_; }
     const std::vector<Emitter>& emitters() const { return emitters_; }
     vec3 centre() const { return centre_; }
     float radius() const { return radius_; }
 
     // The surface at `hit`. `footprint`: width of the ray's cone there, 0 for the textures' full resolution.
     Surface surface(const Hit& hit, float footprint) const;
+    // Brings near what surface(hit, 0) will read: of many hits in any order, each would wait for memory on its own.
+    void prefetch(const Hit& hit) const;
     // `point` moved off its surface by what float can resolve here, to the side that `normal` shows to.
     vec3 off_surface(const vec3& point, const vec3& normal) const {
         const vec3 size = glm::abs(point);
@@ -120,6 +129,8 @@ class Scene {
     std::unique_ptr<RayTracer> rays_;
     std::vector<VertexRow> vertices_;
     std::vector<MaterialRow> materials_;
+    std::vector<TextureRow> textures_;
+    std::vector<Mip> mips_;
     std::vector<Emitter> emitters_;
     vec3 centre_{0.0f};
     float radius_ = 1.0f;
