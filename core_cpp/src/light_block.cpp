@@ -108,7 +108,7 @@ void find_cubes(const BlockScratch& s, const LightColumns& dealt, const GroupBou
     cubes.clear();
     for (std::size_t i = 0; i < dealt.size(); ++i) {
         const ReadyLight& light = s.lights[dealt.slot(i)];
-        const LightCube cube{light.position, light.outer, light.level};
+        const LightCube cube{light.position, light.outer, static_cast<int>(light.level)};
         if (cover(cube, patch) != Cover::none) cubes.push_back(cube);
     }
 }
