@@ -2,7 +2,8 @@
 #define HWY_TARGET_INCLUDE "src/limit_light.cpp"
 #include <hwy/foreach_target.h>
 
-#include <chrono>
+#include <omp.h>
+
 #include <numeric>
 
 #include "lab/limit_light.h"
@@ -42,10 +43,6 @@ HWY_EXPORT(own_light);
 
 constexpr std::size_t wanted_lists = 128;  // enough of a picture, and little enough for the second cache
 constexpr int trials = 5;
-
-double seconds_now() {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 
 // The lists of a picture, and what walks one of them by either kernel.
 struct Walk {
@@ -100,12 +97,12 @@ double light_kernel_rate(LightKernel kernel, const HierarchyView& h, const GBuff
             PlainSums sums{};
             result += walk.all(kernel, scratch, sums);
 #pragma omp barrier
-            const double begin = seconds_now();
+            const double begin = omp_get_wtime();
             std::size_t rounds = 0;
             double taken = 0;
             for (; taken < seconds / trials; ++rounds) {
                 result += walk.all(kernel, scratch, sums);
-                taken = seconds_now() - begin;
+                taken = omp_get_wtime() - begin;
             }
             rate += static_cast<double>(rounds * walk.lights * group_lanes) / taken;
         }

@@ -18,7 +18,7 @@ void take_group(const LightFrame& frame, const PixelGroup& g, const LightColumns
                 std::vector<PerfectList>& lists) {
     if (g.count < group_lanes) return;
     std::vector<std::uint32_t> kept(near.size() + group_lanes);
-    const std::size_t count = cull(bounds_of(g), near, kept.data());
+    const std::size_t count = cull(g.bounds, near, kept.data());
     for (std::size_t i = 0; i < count; ++i) kept[i] = near.slot(kept[i]);
     PerfectList list{g, {}};
     GroupSums sums;
