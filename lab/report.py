@@ -176,15 +176,20 @@ def to_json(record: Record) -> str:
     return json.dumps(record, indent=2, allow_nan=False) + "\n"
 
 
-def read_record(path: str | Path) -> Record:
-    """The record of an earlier run, or a :class:`LabError` that says what is wrong with the file."""
+def read_json(option: str, path: str | Path, wanted: str) -> Any:
+    """What a JSON file holds, or a :class:`LabError` that says what is wrong with it and what is `wanted`."""
     try:
-        record = json.loads(Path(path).read_text(encoding="utf-8"))
+        return json.loads(Path(path).read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or "not a text file"
-        raise LabError(f"--from {path}: can't be read ({reason}); give the BASE.json of an earlier run") from error
+        raise LabError(f"{option} {path}: can't be read ({reason}); {wanted}") from error
     except (json.JSONDecodeError, RecursionError) as error:
-        raise LabError(f"--from {path}: is not valid JSON ({error}); give the BASE.json of an earlier run") from error
+        raise LabError(f"{option} {path}: is not valid JSON ({error}); {wanted}") from error
+
+
+def read_record(path: str | Path) -> Record:
+    """The record of an earlier run, or a :class:`LabError` that says what is wrong with the file."""
+    record = read_json("--from", path, "give the BASE.json of an earlier run")
     scene = record.get("scene") if isinstance(record, dict) else None
     if not isinstance(scene, dict) or not isinstance(record.get("params"), dict):
         raise LabError(f"--from {path}: holds no 'params' and 'scene'; give the BASE.json of an earlier run")

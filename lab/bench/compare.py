@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +11,7 @@ from lab.bench.definitions import RATIOS
 from lab.bench.others import QUIET
 from lab.bench.spread import Spread, differ, is_spread
 from lab.errors import LabError
+from lab.report import read_json
 
 Record = dict[str, Any]
 
@@ -52,13 +52,7 @@ class Comparison:
 def read_benchmark(path: str | Path) -> list[Record]:
     """The records of a file that ``lab bench`` has written, one a scene, or a :class:`LabError`."""
     wanted = "give the JSON of an earlier lab bench"
-    try:
-        found = json.loads(Path(path).read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or "not a text file"
-        raise LabError(f"--compare {path}: can't be read ({reason}); {wanted}") from error
-    except (json.JSONDecodeError, RecursionError) as error:
-        raise LabError(f"--compare {path}: is not valid JSON ({error}); {wanted}") from error
+    found = read_json("--compare", path, wanted)
     records = found.get("scenes", [found]) if isinstance(found, dict) else []
     if not isinstance(records, list) or not records or not all(_is_benchmark(record) for record in records):
         raise LabError(f"--compare {path}: is no benchmark; {wanted}")
