@@ -45,8 +45,12 @@ PLACES = {
         "lab/attribute/pictures.py",
         "lab/bench/picture.py",
         "lab/scene",
+        "gui",
     ),
-    "embreex": (),
+    "trame": ("gui",),
+    "trame_pyvista": ("gui",),
+    "matplotlib": ("gui",),
+    "embreex": ("gui",),
     "scipy": ("lab/metrics",),
     "flip_evaluator": ("lab/metrics",),
     "pytest": ("lab/testing",),
@@ -54,7 +58,21 @@ PLACES = {
 }
 
 # Slow to load (0.2 s to 4 s): only inside the functions that need them, never as a module is imported.
-HEAVY = {"open3d", "trimesh", "pygltflib", "torch", "kornia", "pyvista", "slangpy", "OpenEXR", "scipy", "mitsuba"}
+HEAVY = {
+    "embreex",
+    "matplotlib",
+    "open3d",
+    "trimesh",
+    "pygltflib",
+    "torch",
+    "kornia",
+    "pyvista",
+    "slangpy",
+    "OpenEXR",
+    "scipy",
+    "mitsuba",
+    "trame",
+}
 
 
 def module_of(path: Path) -> str:
