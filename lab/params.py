@@ -287,6 +287,25 @@ class Params:
 
 SETTINGS: dict[str, Setting] = {f.name: f.metadata["setting"] for f in dataclasses.fields(Params)}
 
+GROUPS: dict[str, tuple[str, ...]] = {
+    "Lights": ("vpls", "max_bounces"),
+    "Hierarchy": ("bounds_scale", "levels", "construction", "gather_range", "carry_moments", "centre_weight"),
+    "Lighting": (
+        "alpha", "first_level", "lobe", "receiver", "falloff", "clamp_distance", "compensation",
+        "compensation_samples",
+    ),
+    "Shadow samples": (
+        "shadow_samples", "first_shadow_level", "importance", "picker", "shadow_points", "deviation_scale",
+        "shadow_estimator", "omega_max", "member_candidates",
+    ),
+    "Interleaving": ("interleave", "deal_all"),
+    "Filter": (
+        "filter", "filter_backend", "sigma_deviation", "sigma_shadow", "sigma_normal", "sigma_position", "sigma_plane",
+    ),
+    "Direct light and random numbers": ("direct_samples", "seed", "frame"),
+}  # fmt: skip
+"""Every setting, in the order of the frame, under the title that people see."""
+
 _PAPER: dict[str, Value] = {
     "lobe": "mean",
     "first_level": 1,

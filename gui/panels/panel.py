@@ -1,0 +1,32 @@
+"""What a part of the page is."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from gui.inspector import Inspector
+
+
+class Panel:
+    """A part of the page. It draws widgets once, and then answers to what changes.
+
+    Only the panel that is open is asked to show something: :meth:`show` must bring everything up to date from
+    ``app.workbench.frame``, ``app.pixel`` and ``app.light``, and may be called at any time, before the first frame too.
+    """
+
+    def __init__(self, app: Inspector) -> None:
+        self.app = app
+
+    @property
+    def state(self) -> Any:
+        """The page's variables, shared with every browser that looks at it."""
+        return self.app.state
+
+    def build(self) -> None:
+        """Makes the widgets, inside the layout's current place. Called once."""
+        raise NotImplementedError
+
+    def show(self) -> None:
+        """Brings what is shown up to date. Quick: longer work goes through ``app.run``."""
+        raise NotImplementedError
