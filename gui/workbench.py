@@ -82,6 +82,10 @@ class Workbench:
         """All settings as the preset says."""
         return self._step(replace(self.settings, params=preset(self.settings.preset)))
 
+    def take(self, settings: Settings) -> Settings:
+        """Settings from elsewhere, one step forward."""
+        return self._step(settings)
+
     def undo(self) -> Settings:
         """One step back, where there is one."""
         return self._travel(self._past, self._future)

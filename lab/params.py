@@ -291,8 +291,7 @@ GROUPS: dict[str, tuple[str, ...]] = {
     "Lights": ("vpls", "max_bounces"),
     "Hierarchy": ("bounds_scale", "levels", "construction", "gather_range", "carry_moments", "centre_weight"),
     "Lighting": (
-        "alpha", "first_level", "lobe", "receiver", "falloff", "clamp_distance", "compensation",
-        "compensation_samples",
+        "alpha", "first_level", "lobe", "receiver", "falloff", "clamp_distance", "compensation", "compensation_samples",
     ),
     "Shadow samples": (
         "shadow_samples", "first_shadow_level", "importance", "picker", "shadow_points", "deviation_scale",

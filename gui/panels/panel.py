@@ -30,3 +30,6 @@ class Panel:
     def show(self) -> None:
         """Brings what is shown up to date. Quick: longer work goes through ``app.run``."""
         raise NotImplementedError
+
+    def close(self) -> None:
+        """Frees what is held outside Python's sight."""

@@ -42,7 +42,7 @@ class ParamsPanel(Panel):
         self.state.param_changed = []
         self.state.presets = list(PRESETS)
         self.state.cameras = [camera.name for camera in self.app.workbench.scene.cameras]
-        with html.Div(classes="lab-params", data_testid="params"):
+        with html.Div(classes="lab-params", id="params"):
             self._frame_row()
             with v3.VExpansionPanels(
                 multiple=True, variant="accordion", model_value=("[2, 3]",), elevation=0, static=True
@@ -94,15 +94,15 @@ class ParamsPanel(Panel):
     def _frame_row(self) -> None:
         with html.Div(classes="lab-frame-row"):
             v3.VSelect(
-                label="preset", model_value=("preset", "ours"), items=("presets",), data_testid="preset", **_DENSE,
+                label="preset", model_value=("preset", "ours"), items=("presets",), id="preset", **_DENSE,
                 update_modelValue=(self.app.choose_preset, "[$event]"),
             )  # fmt: skip
             v3.VSelect(
-                label="camera", model_value=("camera", ""), items=("cameras",), data_testid="camera", **_DENSE,
+                label="camera", model_value=("camera", ""), items=("cameras",), id="camera", **_DENSE,
                 update_modelValue=(self.app.choose_camera, "[$event]"),
             )  # fmt: skip
             v3.VTextField(
-                label="size", model_value=("size", ""), error=("!!param_errors.size",), data_testid="size", **_DENSE,
+                label="size", model_value=("size", ""), error=("!!param_errors.size",), id="size", **_DENSE,
                 change=(self.set_size, "[$event.target.value]"), title=("param_errors.size || 'pixels of the picture'",),
             )  # fmt: skip
             html.Div("{{ param_errors.size }}", v_if=("param_errors.size",), classes="lab-error")
@@ -117,7 +117,7 @@ class ParamsPanel(Panel):
             if setting.kind is bool:
                 v3.VSwitch(
                     model_value=(f"params.{name}",), color="primary", density="compact", hide_details=True,
-                    data_testid=f"param-{name}", update_modelValue=(self.set, f"['{name}', $event]"),
+                    id=f"param-{name}", update_modelValue=(self.set, f"['{name}', $event]"),
                 )  # fmt: skip
             elif setting.choices and not setting.words:
                 self._choice(name, setting)
@@ -128,13 +128,13 @@ class ParamsPanel(Panel):
     def _choice(self, name: str, setting: Setting) -> None:
         self.state[f"choices_{name}"] = list(setting.choices)
         v3.VSelect(
-            model_value=(f"params.{name}",), items=(f"choices_{name}",), data_testid=f"param-{name}", **_DENSE,
+            model_value=(f"params.{name}",), items=(f"choices_{name}",), id=f"param-{name}", **_DENSE,
             update_modelValue=(self.set, f"['{name}', $event]"),
         )  # fmt: skip
 
     def _number(self, name: str) -> None:
         v3.VTextField(
-            model_value=(f"params.{name}",), error=(f"!!param_errors.{name}",), data_testid=f"param-{name}", **_DENSE,
+            model_value=(f"params.{name}",), error=(f"!!param_errors.{name}",), id=f"param-{name}", **_DENSE,
             change=(self.set, f"['{name}', $event.target.value]"),
         )  # fmt: skip
 

@@ -1,0 +1,26 @@
+"""Every panel by its name in the view state."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from gui.panels.panel import Panel
+from gui.panels.timings import TimingsPanel
+
+if TYPE_CHECKING:
+    from gui.inspector import Inspector
+
+TITLES = {
+    "pixel": "Pixel",
+    "overdraw": "Overdraw",
+    "shadows": "Shadow samples",
+    "leaks": "Leaks",
+    "levels": "Levels",
+    "timings": "Timings",
+}
+"""The panels of the lower row, in their order."""
+
+
+def make_panels(app: Inspector) -> dict[str, Panel]:
+    """The panels of `app`."""
+    return {"timings": TimingsPanel(app)}
