@@ -11,8 +11,8 @@ from trame.app import get_server
 
 from gui.jobs import Job, Jobs, Progress, message_of
 from gui.layout import build_page
-from gui.panels.params import ParamsPanel
 from gui.panels.panel import Panel
+from gui.panels.params import ParamsPanel
 from gui.view_state import ViewState, parse_view_state
 from gui.workbench import Settings, Workbench, command_line, python_code, settings_of
 from lab import LabError

@@ -19,7 +19,7 @@ T = TypeVar("T")
 Progress = Callable[[str], None]
 
 
-class Cancelled(Exception):
+class CancelledError(Exception):
     """Raised inside a job, at its next report of progress, once nobody wants its result."""
 
 
@@ -88,13 +88,13 @@ class Jobs:
 
         def progress(stage: str) -> None:
             if job.cancelled:
-                raise Cancelled
+                raise CancelledError
             job.stage = stage
             loop.call_soon_threadsafe(self._tell)
 
         def on_worker() -> Any:
             if job.cancelled:
-                raise Cancelled
+                raise CancelledError
             job.started = time.monotonic()
             loop.call_soon_threadsafe(self._tell)
             return work(progress)
@@ -103,7 +103,7 @@ class Jobs:
             result = await loop.run_in_executor(self._worker, on_worker)
             if not job.cancelled:
                 done(result)
-        except Cancelled:
+        except CancelledError:
             pass
         except Exception as error:  # a job must never end the inspector: whatever it is, the user is told
             if not job.cancelled:

@@ -103,7 +103,7 @@ class ParamsPanel(Panel):
             )  # fmt: skip
             v3.VTextField(
                 label="size", model_value=("size", ""), error=("!!param_errors.size",), id="size", **_DENSE,
-                change=(self.set_size, "[$event.target.value]"), title=("param_errors.size || 'pixels of the picture'",),
+                change=(self.set_size, "[$event.target.value]"), title="pixels of the picture",
             )  # fmt: skip
             html.Div("{{ param_errors.size }}", v_if=("param_errors.size",), classes="lab-error")
 

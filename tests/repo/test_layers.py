@@ -24,7 +24,7 @@ LAYERS = [
     {"lab.testing"},
     {"lab"},
     {"lab.commands"},
-    {"lab.cli", "lab.__main__"},
+    {"lab.cli", "lab.examples", "lab.__main__"},
 ]
 
 # Library -> the only places that may import it.
