@@ -1,6 +1,6 @@
 # Each target does its own set-up; `make` alone lists them.
 .DEFAULT_GOAL := help
-.PHONY: help setup render bench test mutants format lint clean
+.PHONY: help setup render inspect bench test mutants format lint clean
 
 BIN := .venv/bin
 
@@ -12,6 +12,10 @@ setup: ## install what a render needs; leaves .venv/bin/lab (EXTRA=kornia|gui|te
 
 render: setup ## render the default scene to out/atrium.png, .exr and .json
 	$(BIN)/lab render scenes/atrium/scene.toml -o out/atrium
+
+inspect: ## look into the default scene in a browser (SCENE=file: into that one)
+	@bash .house/setup.sh gui
+	$(BIN)/lab inspect $(or $(SCENE),scenes/atrium/scene.toml)
 
 bench: setup ## measure the default scene's stages against this machine's limits; out/atrium-bench.png and .json
 	$(BIN)/lab bench scenes/atrium/scene.toml

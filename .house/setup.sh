@@ -43,6 +43,12 @@ done
 # --- system packages -----------------------------------------------------------------------------
 # Embree, GLM and Highway build the core; the rest is what open3d's own library links to.
 packages=(libembree-dev libglm-dev libhwy-dev libgomp1 libx11-6 libgl1 libegl1 libudev1 libusb-1.0-0 libidn2-0)
+case "$extras" in
+gui | test | all) packages+=(libegl-mesa0 libgl1-mesa-dri) ;; # the software display of the 3D view
+esac
+case "$extras" in
+test | all) command -v chromium >/dev/null || packages+=(chromium) ;; # the browser of the inspector's tests
+esac
 command -v c++ >/dev/null || packages+=(g++)
 if [ -z "$python" ]; then
     packages+=(python3 python3-venv python3-dev)

@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 
 from trame.app import get_server
 
+from gui.downloads import exported_bytes
 from gui.jobs import Job, Jobs, Progress, message_of
 from gui.layout import build_page
 from gui.panels.panel import Panel
@@ -17,6 +18,7 @@ from gui.view_state import ViewState, parse_view_state
 from gui.workbench import Settings, Workbench, command_line, python_code, settings_of
 from lab import LabError
 from lab.records import Frame
+from lab.report import export_metadata
 
 T = TypeVar("T")
 
@@ -167,6 +169,18 @@ class Inspector:
         """The settings as Python."""
         return python_code(self.view.scene, self.workbench.settings, self.workbench.changed_settings(), self.view.sun)
 
+    def exported(self, ending: str) -> bytes:
+        """The levels as a file of another program; several files come as one .zip."""
+        if self.frame is None:
+            return b""
+        metadata = export_metadata(self.workbench.scene, self.frame.params)
+        return exported_bytes(self.frame.hierarchy, f"{self.workbench.scene.name}{ending}", metadata)
+
+    def screenshot(self, name: str) -> bytes:
+        """A view as it is shown, as PNG: ``picture``, ``scene``, or the ``panel`` that is open."""
+        panel = self.panels.get(self.view.panel if name == "panel" else name)
+        return b"" if panel is None else panel.screenshot()
+
     def close(self) -> None:
         """Ends all work and frees what it held."""
         self.jobs.close()
@@ -201,6 +215,7 @@ class Inspector:
                         log.exception("panel %s", name)
                         self.say(f"{name}: {message_of(error)}")
             self.state.panel, self.state.split = self.view.panel, self.view.split
+            self.state.command_text, self.state.python_text = self.command(), self.python()
 
     def _set_up_state(self) -> None:
         self.state.trame__title = f"{self.workbench.scene.name} - many-lights laboratory"
@@ -208,6 +223,7 @@ class Inspector:
         self.state.message, self.state.message_colour, self.state.message_open = "", "error", False
         self.state.busy, self.state.undo_steps, self.state.redo_steps = "", 0, 0
         self.state.panel, self.state.split = self.view.panel, self.view.split
+        self.state.command_text, self.state.python_text = "", ""
 
     def _job_changed(self, job: Job | None) -> None:
         with self.state:

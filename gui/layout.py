@@ -2,26 +2,25 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from trame.ui.html import DivLayout
 from trame.widgets import client, html
 from trame.widgets import vuetify3 as v3
 
+from gui import web
 from gui.panels.all import TITLES
 
 if TYPE_CHECKING:
     from gui.inspector import Inspector
 
-WEB = Path(__file__).parent / "web"
-
 
 def build_page(app: Inspector) -> None:
     """Builds the whole page of `app`, once."""
+    app.server.enable_module(web)
     with DivLayout(app.server) as layout:
         layout.root.classes = "lab-page"
-        client.Style((WEB / "style.css").read_text(encoding="utf-8"))
+        client.Style(web.STYLE.read_text(encoding="utf-8"))
         with v3.VApp(classes="lab-app"), html.Div(classes="lab-grid"):
             _bar(app)
             with html.Div(classes="lab-left"):
@@ -57,9 +56,65 @@ def _bar(app: Inspector) -> None:
                 ("scene", "mdi-cube-outline", "scene alone"),
             ):
                 v3.VBtn(icon=icon, value=value, title=title, size="small", id=f"split-{value}")
+        _files(app)
         _button("mdi-undo", "undo the last change of a setting", app.undo, "undo", "undo_steps == 0")
         _button("mdi-redo", "redo", app.redo, "redo", "redo_steps == 0")
         _button("mdi-restore", "all settings as the preset says", app.reset, "reset")
+
+
+def _files(app: Inspector) -> None:
+    """Saving, restoring, copying, exporting. Files travel through the browser: the server may be another machine."""
+    app.ctrl.trigger("saved")(app.saved)
+    app.ctrl.trigger("restore")(app.restore)
+    app.ctrl.trigger("exported")(app.exported)
+    app.ctrl.trigger("screenshot")(app.screenshot)
+    stem = app.workbench.scene.name
+    v3.VBtn(
+        icon="mdi-content-save", title="save the whole state to a file", size="small", variant="text", id="save",
+        density="comfortable", click=f"utils.download('{stem}-inspector.json', trigger('saved'), 'application/json')",
+    )  # fmt: skip
+    html.Input(
+        type="file", ref="restore_file", style="display: none", accept=".json,application/json", id="restore-file",
+        change="$event.target.files[0].text().then((text) => "
+        "trigger('restore', [text, $event.target.files[0].name]).then(() => { $event.target.value = '' }))",
+    )  # fmt: skip
+    v3.VBtn(
+        icon="mdi-folder-open", title="restore a saved state", size="small", variant="text", id="restore",
+        density="comfortable", click="trame.refs.restore_file.click()",
+    )  # fmt: skip
+    with v3.VMenu():
+        with html.Template(v_slot_activator="{ props }"):
+            v3.VBtn(
+                icon="mdi-download", title="pictures and data", size="small", variant="text", v_bind="props",
+                id="downloads", density="comfortable",
+            )  # fmt: skip
+        with v3.VList(density="compact"):
+            for name, title in (
+                ("picture", "picture as PNG"),
+                ("scene", "scene view as PNG"),
+                ("panel", "panel as PNG"),
+            ):
+                click = f"utils.download('{stem}-{name}.png', trigger('screenshot', ['{name}']), 'image/png')"
+                v3.VListItem(title=title, click=click, id=f"screenshot-{name}")
+            for ending, title in ((".vtm", "levels for ParaView (.vtm in a zip)"), (".npz", "levels for numpy (.npz)")):
+                file = f"{stem}.zip" if ending == ".vtm" else f"{stem}{ending}"
+                click = f"utils.download('{file}', trigger('exported', ['{ending}']), 'application/octet-stream')"
+                v3.VListItem(title=title, click=click, id=f"export-{ending[1:]}")
+    with v3.VDialog(max_width=760):
+        with html.Template(v_slot_activator="{ props }"):
+            v3.VBtn(
+                icon="mdi-code-tags", title="these settings as a command line and as Python", size="small",
+                variant="text", v_bind="props", id="code", density="comfortable",
+            )  # fmt: skip
+        with v3.VCard(title="This frame elsewhere"), v3.VCardText():
+            for name, title in (("command", "in a shell"), ("python", "in Python")):
+                with html.Div(classes="lab-code-head"):
+                    html.Span(title)
+                    v3.VBtn(
+                        "copy", size="x-small", variant="tonal", id=f"copy-{name}",
+                        click=f"utils.get('navigator.clipboard').writeText({name}_text)",
+                    )  # fmt: skip
+                html.Pre(f"{{{{ {name}_text }}}}", classes="lab-code", id=f"code-{name}")
 
 
 def _button(icon: str, title: str, click: object, testid: str, disabled: str = "false") -> None:

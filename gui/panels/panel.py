@@ -31,5 +31,9 @@ class Panel:
         """Brings what is shown up to date. Quick: longer work goes through ``app.run``."""
         raise NotImplementedError
 
+    def screenshot(self) -> bytes:
+        """What is shown, as PNG; empty where there is nothing yet."""
+        return b""
+
     def close(self) -> None:
         """Frees what is held outside Python's sight."""
