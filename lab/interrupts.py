@@ -13,10 +13,16 @@ _pressed: list[int] = []
 
 @contextmanager
 def remembered() -> Iterator[None]:
-    """While this lasts, Ctrl-C raises KeyboardInterrupt as ever and is also kept in mind for :func:`check`."""
+    """While this lasts, Ctrl-C raises KeyboardInterrupt as ever and is also kept in mind for :func:`check`.
+
+    In another thread than the main one, which alone hears of it, this changes nothing.
+    """
+    # Only the main thread may set handlers, and only its own new run may forget what was pressed.
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
     _pressed.clear()
-    # Only the main thread may set handlers; and who ignores interrupts (nohup) goes on doing so.
-    if threading.current_thread() is not threading.main_thread() or signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # as under nohup: it stays so
         yield
         return
     before = signal.signal(signal.SIGINT, _press)
@@ -32,7 +38,7 @@ def pressed() -> bool:
 
 
 def check() -> None:
-    """Raises KeyboardInterrupt where one was swallowed."""
+    """Raises KeyboardInterrupt where one was swallowed; in any thread, so that work for an ended run ends too."""
     if _pressed:
         raise KeyboardInterrupt
 

@@ -2,28 +2,26 @@
 
 from __future__ import annotations
 
+import dataclasses
+import threading
 import weakref
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from types import TracebackType
-from typing import Any, TypeVar
 
 from lab import _core
-from lab.engine.engine import Engine, create_engine
+from lab.engine.engine import create_engine
+from lab.engine.kept import KeptStages, Made
 from lab.errors import LabError
 from lab.frame import Progress
 from lab.library import render
 from lab.params import Params
-from lab.records import FilteredShadows, Frame, GBuffer, Hierarchy, Image, Lighting, Lights, ShadowSamples
+from lab.records import Frame
 from lab.scene.scene import Camera, Scene
 
-T = TypeVar("T")
 
-OF_LIGHTS = ("vpls", "max_bounces", "seed")
-"""Settings that VPLs depend on."""
-
-OF_LEVELS = ("bounds_scale", "levels", "construction", "gather_range", "carry_moments", "centre_weight")
-"""Settings that the hierarchy of given lights depends on, beside whether its members are drawn from."""
+class Cancelled(Exception):  # noqa: N818 (nothing went wrong)
+    """For a `progress` that wants no more of a frame to raise: the render ends with it, and the next one is right."""
 
 
 class Renderer:
@@ -33,12 +31,15 @@ class Renderer:
             for camera in path:
                 frame = renderer.render(camera, (1280, 720), lab.Params(shadow_samples=1))
 
-    It keeps the ray tracer's tree, and the memory of the last frames for the next. It also keeps the virtual lights,
-    the hierarchy and the G-buffer, and takes them again where nothing that they depend on has changed: another camera
-    needs no new lights. ``regenerate=True`` does all seven stages anew, as for a scene that moves.
+    It keeps the ray tracer's tree, and the memory of the last frames for the next. It also keeps the last result of
+    every stage, and takes it again where nothing that it depends on has changed (:mod:`lab.engine.dependencies`):
+    another camera needs no new lights, another filter no new rays. ``regenerate=True`` does all seven stages anew, as
+    for a scene that moves.
 
-    Pictures are the same, bit for bit, as those of :func:`lab.render`. Frames may share arrays with each other: treat
+    Frames are the same, bit for bit, as those of :func:`lab.render`. They may share arrays with each other: treat
     what is in them as read-only. They stay valid after :meth:`close`.
+
+    Any thread may render, one at a time: others wait. Python goes on in the other threads while a stage is at work.
     """
 
     def __init__(self, scene: Scene, *, engine: str = "cpu", threads: int | None = None) -> None:
@@ -47,14 +48,17 @@ class Renderer:
         Args:
             scene: from :func:`lab.load_scene`, or made in Python.
             engine: an engine's name.
-            threads: threads of this renderer's frames; default: as many as elsewhere. Results don't depend on it.
+            threads: threads of this renderer's frames, whichever thread asks for them; default: as many as the one
+                that makes the renderer uses. Results don't depend on it.
         """
         if threads is not None and (int(threads) != threads or threads < 1):
             raise LabError(f"threads: expected a whole number, at least 1, got {threads}")
-        self.scene, self.threads = scene, threads
-        with self._on_threads():
+        self.scene = scene
+        self.threads = int(_core.info()["threads"]) if threads is None else int(threads)
+        with self.on_threads():
             self.engine = create_engine(engine, scene)
-        self._stages = _KeptStages(self.engine)
+        self._kept: dict[str, Made] = {}
+        self._turn = threading.RLock()
         _core.keep_buffers()
         self._release = weakref.finalize(self, _core.release_buffers)
 
@@ -70,22 +74,27 @@ class Renderer:
     ) -> Frame:
         """One frame; arguments as of :func:`lab.render`, but that lights are counted only if asked.
 
-        With `regenerate` every stage is done anew. Else a stage whose result was taken again has taken no time in
-        ``frame.stages_ms``.
+        With `regenerate` every stage is done anew. Else a stage whose result was taken again has 0 ms in
+        ``frame.stages_ms``. `progress` may raise :class:`Cancelled`, or anything else, to break the frame off before
+        the stage that it is told of; what the stages before made is kept.
         """
-        if not self._release.alive:
-            raise LabError("Renderer: it is closed; make another to render again")
-        if regenerate:
-            self._stages.forget()
-        with self._on_threads():
-            return render(
-                self.scene, params, camera=camera, size=size, engine=self._stages, progress=progress, counts=counts
+        with self._turn, self.on_threads():
+            if not self._release.alive:
+                raise LabError("Renderer: it is closed; make another to render again")
+            if regenerate:
+                self._kept.clear()
+            stages = KeptStages(self.engine, self._kept)
+            frame = render(
+                self.scene, params, camera=camera, size=size, engine=stages, progress=progress, counts=counts
             )
+            done = {stage: ms if stage in stages.ran else 0.0 for stage, ms in frame.stages_ms.items()}
+            return dataclasses.replace(frame, stages_ms=done)
 
     def close(self) -> None:
         """Gives the kept memory back to the system. Frames that are still held stay as they are."""
-        self._stages.forget()
-        self._release()
+        with self._turn:
+            self._kept.clear()
+            self._release()
 
     def __enter__(self) -> Renderer:
         return self
@@ -96,65 +105,14 @@ class Renderer:
         self.close()
 
     @contextmanager
-    def _on_threads(self) -> Iterator[None]:
+    def on_threads(self) -> Iterator[None]:
+        """While this lasts, what the calling thread asks of the core is done by this renderer's number of threads.
+
+        The number is each thread's own: a worker that calls ``engine`` itself would get the core's default.
+        """
         before = int(_core.info()["threads"])
-        _core.set_threads(self.threads or before)
+        _core.set_threads(self.threads)
         try:
             yield
         finally:
             _core.set_threads(before)
-
-
-class _KeptStages:
-    """An engine whose first three stages are done only where what goes into them has changed."""
-
-    def __init__(self, engine: Engine) -> None:
-        self.engine, self.scene = engine, engine.scene
-        self._kept: dict[str, tuple[object, Any]] = {}
-
-    def forget(self, *stages: str) -> None:
-        """The next frame does these stages anew; without a name, all."""
-        for stage in stages or tuple(self._kept):
-            self._kept.pop(stage, None)
-
-    def _once(self, stage: str, key: object, make: Callable[[], T], outdates: tuple[str, ...] = ()) -> T:
-        if stage not in self._kept or self._kept[stage][0] != key:
-            self.forget(stage, *outdates)  # first: the new one can have their memory
-            self._kept[stage] = key, make()
-        kept: T = self._kept[stage][1]
-        return kept
-
-    def trace_vpls(self, params: Params) -> Lights:
-        key = _values(params, OF_LIGHTS)
-        return self._once("trace_vpls", key, lambda: self.engine.trace_vpls(params), ("build_hierarchy",))
-
-    def build_hierarchy(self, lights: Lights, params: Params) -> Hierarchy:
-        # Of the lights kept: others have outdated what was built.
-        members = params.shadow_samples > 0 and params.shadow_points == "members"
-        key = members, *_values(params, OF_LEVELS)
-        return self._once("build_hierarchy", key, lambda: self.engine.build_hierarchy(lights, params))
-
-    def render_gbuffer(self, camera: Camera, size: tuple[int, int]) -> GBuffer:
-        numbers = *camera.eye, *camera.target, *camera.up, camera.fov_y_deg, *size
-        key = tuple(map(float, numbers))
-        return self._once("render_gbuffer", key, lambda: self.engine.render_gbuffer(camera, size))
-
-    def light(self, hierarchy: Hierarchy, gbuffer: GBuffer, params: Params, counts: bool = True) -> Lighting:
-        return self.engine.light(hierarchy, gbuffer, params, counts)
-
-    def trace_shadow_rays(
-        self, hierarchy: Hierarchy, gbuffer: GBuffer, lighting: Lighting, params: Params
-    ) -> ShadowSamples:
-        return self.engine.trace_shadow_rays(hierarchy, gbuffer, lighting, params)
-
-    def filter_shadows(self, gbuffer: GBuffer, shadows: ShadowSamples, params: Params) -> FilteredShadows:
-        return self.engine.filter_shadows(gbuffer, shadows, params)
-
-    def composite(
-        self, gbuffer: GBuffer, lighting: Lighting, shadows: ShadowSamples, filtered: FilteredShadows, params: Params
-    ) -> Image:
-        return self.engine.composite(gbuffer, lighting, shadows, filtered, params)
-
-
-def _values(params: Params, names: tuple[str, ...]) -> tuple[object, ...]:
-    return tuple(getattr(params, name) for name in names)

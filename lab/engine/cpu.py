@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lab import _core
+from lab.engine.dependencies import draws_members
 from lab.engine.simd import use_simd_of_environment
 from lab.errors import LabError
 from lab.params import Params
@@ -170,7 +171,7 @@ def build_hierarchy(lights: Lights, params: Params | None = None) -> Hierarchy:
     """
     params = params or Params()
     hierarchy = build_levels(lights, params)
-    if params.shadow_samples > 0 and params.shadow_points == "members":
+    if draws_members(params):
         return replace(hierarchy, members=build_members(hierarchy, params))
     return hierarchy
 

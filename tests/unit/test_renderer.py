@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import weakref
 from typing import Any
 
 import numpy as np
@@ -11,11 +12,16 @@ import pytest
 import lab
 from lab import LabError, _core
 from lab.engine import STAGES
+from lab.engine.dependencies import outdated_by, stages_touched
+from lab.frame import Progress
 from lab.params import SETTINGS, Params
+from lab.records import Frame
+from lab.renderer import Cancelled
 from lab.scene.scene import Camera, PointLight
 
 from ..oracle_geometry.scenes import occluded_room, wall_lights
-from .test_frame import differences
+from .test_frame import arrays, differences
+from .test_stage_dependencies import other_value
 
 CAMERA = Camera("c", (1.6, 1.2, 1.8), (-0.3, 0.8, -0.4), fov_y_deg=80.0)
 OTHER = Camera("d", (1.5, 1.1, 1.7), (-0.3, 0.8, -0.4), fov_y_deg=70.0)
@@ -26,27 +32,156 @@ SCENE = occluded_room(points=[PointLight((0.9, 1.7, 0.9), (1.0, 2.0, 3.0))])
 
 def changed(name: str) -> Any:
     """Another value of this setting than SMALL's, near it."""
-    setting, value = SETTINGS[name], SMALL.to_dict()[name]
-    if setting.kind is bool:
-        return not value
-    if setting.choices:
-        return next(choice for choice in setting.choices if choice not in (value, "kornia"))
-    if isinstance(value, str):
-        return 3
-    candidates = (value + 1, value / 2, value + 0.5)
-    return next(c for c in candidates if setting.low <= c <= setting.high)
+    return 3 if name == "levels" else other_value(name, SMALL.to_dict()[name])
 
 
-@pytest.mark.parametrize("name", [name for name in SETTINGS if name != "filter_backend"])
+def fresh(params: Params = SMALL, camera: Camera = CAMERA, size: tuple[int, int] = SIZE, counts: bool = False) -> Frame:
+    return lab.render(SCENE, params, camera=camera, size=size, counts=counts)
+
+
+def ran(frame: Frame) -> tuple[str, ...]:
+    """The stages that a frame did itself."""
+    assert tuple(frame.stages_ms) == STAGES
+    return tuple(stage for stage, ms in frame.stages_ms.items() if ms > 0)
+
+
+@pytest.mark.parametrize("name", SETTINGS)
 def test_a_changed_setting_counts(name: str) -> None:
-    """Whatever is kept from the frame before: the next one is the frame that a fresh start gives."""
+    """Whatever is kept from the frame before: the next one is the frame that a fresh start gives, and no more work."""
+    if name == "filter_backend":
+        pytest.importorskip("kornia")
     params = SMALL.replace(**{name: changed(name)})
     with lab.Renderer(SCENE) as renderer:
-        renderer.render(CAMERA, SIZE, SMALL, counts=True)
+        first = renderer.render(CAMERA, SIZE, SMALL, counts=True)
         again = renderer.render(CAMERA, SIZE, params, counts=True)
+        same = renderer.render(CAMERA, SIZE, params, counts=True)
         back = renderer.render(CAMERA, SIZE, SMALL, counts=True)
-    assert differences(again, lab.render(SCENE, params, camera=CAMERA, size=SIZE)) == []
-    assert differences(back, lab.render(SCENE, SMALL, camera=CAMERA, size=SIZE)) == []
+    assert differences(again, fresh(params, counts=True)) == []
+    assert differences(back, fresh(counts=True)) == [] and differences(first, back) == []
+    assert ran(first) == STAGES and ran(again) == stages_touched(SMALL, params) and ran(same) == ()
+    assert same.image is again.image
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_any_walk_through_settings_and_views(seed: int) -> None:
+    """Frames in any order, some broken off: each is the fresh frame, bit for bit."""
+    random = np.random.default_rng(seed)
+    names = [name for name in SETTINGS if name != "filter_backend"]
+    params, camera, size = SMALL, CAMERA, SIZE
+    frames: list[tuple[Frame, Frame]] = []
+    with lab.Renderer(SCENE) as renderer:
+        for _ in range(40):
+            for name in random.choice(names, 2, replace=False):
+                value = SMALL.to_dict()[name] if random.random() < 0.5 else changed(str(name))
+                params = params.replace(**{str(name): value})
+            camera = CAMERA if random.random() < 0.7 else OTHER
+            size = SIZE if random.random() < 0.8 else (9, 7)
+            counts = bool(random.random() < 0.5)
+            if random.random() < 0.3:
+                with pytest.raises(Cancelled):
+                    renderer.render(camera, size, params, progress=cancel_at(str(random.choice(STAGES))))
+                continue
+            found = renderer.render(camera, size, params, counts=counts)
+            frames.append((found, fresh(params, camera, size, counts)))
+    # At the end: a later frame must not have written into an earlier one.
+    assert all(differences(found, wanted) == [] for found, wanted in frames)
+
+
+def cancel_at(stage: str) -> Progress:
+    def progress(name: str) -> None:
+        if name == stage:
+            raise Cancelled
+
+    return progress
+
+
+@pytest.mark.parametrize("stage", STAGES)
+def test_a_cancelled_frame_leaves_the_renderer_right(stage: str) -> None:
+    other = SMALL.replace(seed=3, alpha=2.0, sigma_normal=0.5)
+    with lab.Renderer(SCENE) as renderer:
+        renderer.render(CAMERA, SIZE, SMALL)
+        with pytest.raises(Cancelled):
+            renderer.render(OTHER, SIZE, other, progress=cancel_at(stage))
+        finished = renderer.render(OTHER, SIZE, other)
+        back = renderer.render(CAMERA, SIZE, SMALL)
+    assert differences(finished, fresh(other, OTHER)) == []
+    assert differences(back, fresh()) == []
+    assert ran(finished) == STAGES[STAGES.index(stage) :], "what was done before is taken again"
+
+
+@pytest.mark.parametrize("stage", STAGES)
+def test_a_stage_that_breaks_off(stage: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Ctrl-C in the midst of a stage: nothing half-done is kept."""
+
+    def pressed(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    other = SMALL.replace(seed=3, alpha=2.0, sigma_normal=0.5)
+    with lab.Renderer(SCENE) as renderer:
+        renderer.render(CAMERA, SIZE, SMALL)
+        with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
+            patch.setattr(renderer.engine, stage, pressed)
+            renderer.render(OTHER, SIZE, other)
+        assert differences(renderer.render(CAMERA, SIZE, SMALL), fresh()) == []
+        assert differences(renderer.render(OTHER, SIZE, other), fresh(other, OTHER)) == []
+
+
+def test_a_frame_within_a_frame() -> None:
+    """A progress that renders with other settings itself does not mix them into the frame it belongs to."""
+    inner: list[Frame] = []
+
+    def progress(name: str) -> None:
+        inner.append(renderer.render(CAMERA, SIZE, SMALL.replace(seed=9, alpha=0.5)))
+
+    with lab.Renderer(SCENE) as renderer:
+        outer = renderer.render(CAMERA, SIZE, SMALL, progress=progress)
+        after = renderer.render(CAMERA, SIZE, SMALL)
+    assert differences(outer, fresh()) == [] and differences(after, fresh()) == []
+    assert all(differences(f, fresh(SMALL.replace(seed=9, alpha=0.5))) == [] for f in inner) and len(inner) == 7
+
+
+def test_what_is_outdated_goes_before_the_new_one_is_made(monkeypatch: pytest.MonkeyPatch) -> None:
+    """At the moment a stage begins, its last result and all made from it are gone: memory does not pile up."""
+    alive: dict[str, weakref.ref[Any]] = {}
+    left: dict[str, list[str]] = {}
+    with lab.Renderer(SCENE) as renderer:
+        for stage in STAGES:
+            real = getattr(renderer.engine, stage)
+
+            def spied(*args: Any, stage: str = stage, real: Any = real) -> Any:
+                left[stage] = [name for name, ref in alive.items() if ref() is not None]
+                record = real(*args)
+                alive[stage] = weakref.ref(next(iter(arrays(record)))[1])
+                return record
+
+            monkeypatch.setattr(renderer.engine, stage, spied)
+        renderer.render(CAMERA, SIZE, SMALL)
+        for changes in ({"seed": 1}, {"alpha": 2.0}, {"filter": "none"}):
+            left.clear()
+            renderer.render(CAMERA, SIZE, SMALL.replace(**changes))
+            first = next(iter(left))
+            assert left[first] == [stage for stage in STAGES if stage not in outdated_by(first)], changes
+        left.clear()
+        renderer.render(CAMERA, (8, 4), SMALL.replace(filter="none"))
+        assert left["render_gbuffer"] == ["trace_vpls", "build_hierarchy"]
+
+
+def test_lists_and_counts_alone() -> None:
+    """Member lists and counts are added to what is kept, or left out of it; nothing that they don't touch is redone."""
+    jitter = SMALL.replace(shadow_points="jitter")
+    with lab.Renderer(SCENE) as renderer:
+        first = renderer.render(CAMERA, SIZE, jitter)
+        listed = renderer.render(CAMERA, SIZE, SMALL)
+        plain = renderer.render(CAMERA, SIZE, jitter)
+        counted = renderer.render(CAMERA, SIZE, jitter, counts=True)
+        uncounted = renderer.render(CAMERA, SIZE, jitter)
+    assert ran(listed) == ("build_hierarchy", *STAGES[4:])
+    assert ran(plain) == STAGES[4:] and ran(counted) == ("light",) and ran(uncounted) == ()
+    assert first.hierarchy.members is None and plain.hierarchy.members is None and listed.hierarchy.members is not None
+    assert listed.lighting is first.lighting and counted.shadows is plain.shadows
+    assert counted.lighting.overdraw is not None and uncounted.lighting.overdraw is None
+    assert differences(listed, fresh()) == [] and differences(plain, fresh(jitter)) == []
+    assert differences(counted, fresh(jitter, counts=True)) == [] and differences(uncounted, fresh(jitter)) == []
 
 
 def test_another_camera_needs_no_new_lights() -> None:
@@ -85,18 +220,10 @@ def test_light_lists() -> None:
     lights = wall_lights(4, 30)
     with lab.Renderer(occluded_room(lights)) as renderer:
         frames = [renderer.render(camera, SIZE) for camera in (CAMERA, OTHER)]
+        unread = renderer.render(OTHER, SIZE, Params(vpls=9))
+    assert ran(unread) == (), "VPLs are not asked for"
     assert all(frame.lights is lights for frame in frames)
     assert frames[0].hierarchy is frames[1].hierarchy
-
-
-def test_its_threads_are_its_own() -> None:
-    before = _core.info()["threads"]
-    seen: list[int] = []
-    with lab.Renderer(SCENE, threads=before + 1) as renderer:
-        assert _core.info()["threads"] == before
-        one = renderer.render(CAMERA, SIZE, SMALL, progress=lambda _: seen.append(_core.info()["threads"]))
-    assert set(seen) == {before + 1} and _core.info()["threads"] == before
-    assert differences(one, lab.render(SCENE, SMALL, camera=CAMERA, size=SIZE, counts=False)) == []
 
 
 def test_memory_is_kept_until_it_closes() -> None:
@@ -128,12 +255,6 @@ def test_a_closed_renderer_says_so() -> None:
     renderer.close()
     with pytest.raises(LabError, match="closed"):
         renderer.render(CAMERA, SIZE, SMALL)
-
-
-@pytest.mark.parametrize("threads", [0, -1, 1.5])
-def test_threads_are_checked(threads: Any) -> None:
-    with pytest.raises(LabError, match="threads"):
-        lab.Renderer(SCENE, threads=threads)
 
 
 def test_bad_input_is_refused_as_by_render() -> None:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import shutil
 import signal
+import threading
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -76,3 +78,27 @@ def test_a_swallowed_interrupt_stops_the_run_all_the_same() -> None:
     assert signal.getsignal(signal.SIGINT) is before
     with interrupts.remembered():
         assert not interrupts.pressed(), "each run starts anew"
+
+
+def test_other_threads_leave_what_was_pressed_as_it_is() -> None:
+    """A worker can set no handler, and must not make the main thread's run forget; its own work ends with that run."""
+    seen: list[object] = []
+
+    def work() -> None:
+        with interrupts.remembered():
+            seen.append(interrupts.pressed())
+            try:
+                interrupts.check()
+            except KeyboardInterrupt:
+                seen.append("ended")
+
+    with interrupts.remembered():
+        with suppress(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+        worker = threading.Thread(target=work)
+        worker.start()
+        worker.join()
+        assert interrupts.pressed()
+    assert seen == [True, "ended"]
+    with interrupts.remembered():
+        interrupts.check()
