@@ -14,13 +14,10 @@ from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
 from lab.errors import LabError
+from lab.renderer import Cancelled
 
 T = TypeVar("T")
 Progress = Callable[[str], None]
-
-
-class CancelledError(Exception):
-    """Raised inside a job, at its next report of progress, once nobody wants its result."""
 
 
 @dataclass(eq=False)
@@ -88,13 +85,13 @@ class Jobs:
 
         def progress(stage: str) -> None:
             if job.cancelled:
-                raise CancelledError
+                raise Cancelled  # nobody wants its result
             job.stage = stage
             loop.call_soon_threadsafe(self._tell)
 
         def on_worker() -> Any:
             if job.cancelled:
-                raise CancelledError
+                raise Cancelled
             job.started = time.monotonic()
             loop.call_soon_threadsafe(self._tell)
             return work(progress)
@@ -103,7 +100,7 @@ class Jobs:
             result = await loop.run_in_executor(self._worker, on_worker)
             if not job.cancelled:
                 done(result)
-        except CancelledError:
+        except Cancelled:
             pass
         except Exception as error:  # a job must never end the inspector: whatever it is, the user is told
             if not job.cancelled:
