@@ -1,0 +1,133 @@
+"""What the picture is compared with: other layers, other settings, another filter backend, references."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from importlib.util import find_spec
+from typing import TypeVar
+
+from gui.layers import FrameLayers
+from gui.workbench import Settings, Workbench
+from lab import LabError
+from lab.errors import nearest
+from lab.frame import Progress
+from lab.params import PRESETS, preset
+from lab.records import Frame
+from lab.reference import METHODS, SETTINGS_THAT_COUNT, Budget, Reference, render_reference
+
+T = TypeVar("T")
+
+THIS, KEPT, KORNIA = "render", "kept", "kornia"
+REFERENCE_SECONDS = 20.0
+"""What a reference may take when the inspector asks for it; asking again goes on from there."""
+
+TITLES = {
+    THIS: "this frame",
+    KEPT: "the kept frame",
+    **{f"preset:{name}": f"preset {name}" for name in PRESETS},
+    KORNIA: "filter of kornia",
+    "brute_force": "brute force: every light",
+    "path_tracer": "path tracer",
+}
+"""Sources by name, as a saved state has them."""
+
+
+class Sources:
+    """Makes what a frame is compared with, and keeps it as long as it belongs to the frame's settings.
+
+    Attributes:
+        kept: a frame set aside by hand, with its settings.
+    """
+
+    def __init__(self, workbench: Workbench) -> None:
+        self.workbench = workbench
+        self.kept: Frame | None = None
+        self._frames: dict[str, tuple[object, Frame]] = {}
+        self._references: dict[str, tuple[object, Reference]] = {}
+        self._layers: tuple[object, FrameLayers] | None = None
+
+    def names(self) -> list[str]:
+        """Sources that can be chosen now."""
+        absent = set() if find_spec("kornia") else {KORNIA}
+        return [name for name in TITLES if name not in absent and (name != KEPT or self.kept is not None)]
+
+    def layers(self, method: str | None = None) -> FrameLayers | None:
+        """The frame's own layers, with errors against the reference of `method` (default: the best there is)."""
+        frame = self.workbench.frame
+        if frame is None:
+            return None
+        found = self.reference(method or "brute_force") or self.reference("path_tracer" if method is None else method)
+        identity = id(frame), id(found)
+        if self._layers is None or self._layers[0] != identity:
+            self._layers = identity, FrameLayers(frame, self.workbench.renderer.engine, found)
+        return self._layers[1]
+
+    def reference(self, method: str) -> Reference | None:
+        """The reference of the frame's settings, where it has been made."""
+        key, found = self._references.get(method, (None, None))
+        return found if found is not None and key == _reference_key(method, self.workbench.settings) else None
+
+    def other(self, source: str) -> FrameLayers | None:
+        """The layers of `source`; None where it has yet to be made.
+
+        Errors: :class:`lab.LabError` for an unknown source, or a kept frame that is not there or of another size.
+        """
+        if source not in TITLES:
+            raise LabError(f"there is nothing called {source!r} to compare with{nearest(source, TITLES)}")
+        frame = self.workbench.frame
+        if source == THIS or frame is None:
+            return self.layers()
+        if source in METHODS:
+            return None if self.reference(source) is None else self.layers(source)
+        if source == KEPT:
+            if self.kept is None:
+                raise LabError("no frame was kept: press 'keep' first")
+            if self.kept.gbuffer.size != frame.gbuffer.size:
+                raise LabError("the kept frame has another size: keep one of this size")
+            return FrameLayers(self.kept)
+        key, made = self._frames.get(source, (None, None))
+        return None if made is None or key != _aside(source, self.workbench.settings) else FrameLayers(made)
+
+    def maker(self, source: str) -> Callable[[Progress], Callable[[], None]]:
+        """The work that makes `source` for the settings of now; what it returns puts it in its place."""
+        settings = self.workbench.settings
+        if source in METHODS:
+            return lambda progress: self._make_reference(source, settings, progress)
+        return lambda progress: self._make_frame(source, settings, progress)
+
+    def _make_frame(self, source: str, settings: Settings, progress: Progress) -> Callable[[], None]:
+        aside = _aside(source, settings)
+        frame = self.workbench.render_aside(aside, progress)
+        return lambda: self._frames.__setitem__(source, (aside, frame))
+
+    def _make_reference(self, method: str, settings: Settings, progress: Progress) -> Callable[[], None]:
+        def tell(share: float, said: str) -> None:
+            progress(f"{TITLES[method]}: {100 * share:.0f} % {said}")
+
+        with self.workbench.renderer.on_threads():
+            reference = render_reference(
+                self.workbench.scene,
+                method,
+                settings.params,
+                camera=self.workbench.camera_of(settings.camera),
+                size=settings.size,
+                budget=Budget(seconds=REFERENCE_SECONDS),
+                progress=tell,
+            )
+        key = _reference_key(method, settings)
+        return lambda: self._references.__setitem__(method, (key, reference))
+
+
+def _aside(source: str, settings: Settings) -> Settings:
+    """The settings that `source` renders beside those of the frame."""
+    if source == KORNIA:
+        return replace(settings, params=settings.params.replace(filter_backend="kornia"))
+    name = source.removeprefix("preset:")
+    kept = {key: getattr(settings.params, key) for key in ("vpls", "max_bounces", "seed", "frame")}
+    return replace(settings, preset=name, params=preset(name, **kept))
+
+
+def _reference_key(method: str, settings: Settings) -> object:
+    values = tuple(getattr(settings.params, name) for name in SETTINGS_THAT_COUNT[method])
+    return settings.camera, settings.size, values
