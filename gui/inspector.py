@@ -14,6 +14,7 @@ from gui.jobs import Job, Jobs, Progress, message_of
 from gui.layout import build_page
 from gui.panels.panel import Panel
 from gui.panels.params import ParamsPanel
+from gui.sources import Sources
 from gui.view_state import ViewState, parse_view_state
 from gui.workbench import Settings, Workbench, command_line, python_code, settings_of
 from lab import LabError
@@ -29,8 +30,8 @@ class Inspector:
     """The page and everything behind it. Every browser that opens it sees the same inspector.
 
     Attributes:
-        workbench: scene, settings, frames.    view: what is shown of them; the truth that is saved.
-        state: the page's variables.    pixel, light: what is selected, in `view`.
+        workbench: scene, settings, frames.    sources: what they are compared with.
+        view: what is shown of them; the truth that is saved.    state: the page's variables.
         panels: by name; those in the lower row are shown one at a time.
     """
 
@@ -38,6 +39,7 @@ class Inspector:
         self.workbench, self.view = workbench, view
         self.server = get_server(name, client_type="vue3")
         self.state, self.ctrl = self.server.state, self.server.controller
+        self.sources = Sources(workbench)
         self.jobs = Jobs(self._job_changed, self._job_failed)
         self.panels: dict[str, Panel] = {}
         self.params = ParamsPanel(self)

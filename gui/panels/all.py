@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from gui.panels.panel import Panel
+from gui.panels.picture import PicturePanel
 from gui.panels.timings import TimingsPanel
 
 if TYPE_CHECKING:
@@ -23,4 +24,4 @@ TITLES = {
 
 def make_panels(app: Inspector) -> dict[str, Panel]:
     """The panels of `app`."""
-    return {"timings": TimingsPanel(app)}
+    return {"picture": PicturePanel(app), "timings": TimingsPanel(app)}

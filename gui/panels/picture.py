@@ -157,6 +157,7 @@ class PicturePanel(Panel):
         state.light_shown = shown.a.layer.kind == LIGHT
         height, width = shown.a.pixels.shape[:2]
         state.picture_size = [width, height]
+        state.hovered = ""
         state.layer, state.other_layer, state.other_source = layer, view.other_layer, view.other_source
         state.compare, state.wipe, state.exposure = view.compare, view.wipe, round(view.exposure, 2)
         state.colour_map, state.log_scale = view.colour_map, view.log_scale
@@ -282,19 +283,25 @@ class PicturePanel(Panel):
                         "{{ tick.text }}", v_for="tick in legend.ticks", key="tick.place", classes="lab-tick",
                         style=("{ left: 100 * tick.place + '%' }",),
                     )  # fmt: skip
-            with html.Div(v_if=("(legend.swatches || []).length",), classes="lab-swatches"):
-                with html.Span(v_for="swatch in legend.swatches", key="swatch[1]"):
-                    html.I(style=("{ background: swatch[0] }",))
-                    html.Span("{{ swatch[1] }}")
+            with (
+                html.Div(v_if=("(legend.swatches || []).length",), classes="lab-swatches"),
+                html.Span(v_for="swatch in legend.swatches", key="swatch[1]"),
+            ):
+                html.I(style=("{ background: swatch[0] }",))
+                html.Span("{{ swatch[1] }}")
             html.Div("{{ compare_note || hovered || legend.note || ' ' }}", classes="lab-hovered", id="hovered")
 
     def _help(self) -> None:
-        with v3.VDialog(v_model=("help_open", False), max_width=420), v3.VCard(title="Keys of the picture"):
-            with v3.VCardText(), html.Table(classes="lab-keys"):
-                for key, what in HELP:
-                    with html.Tr():
-                        html.Td(key)
-                        html.Td(what)
+        with (
+            v3.VDialog(v_model=("help_open", False), max_width=420),
+            v3.VCard(title="Keys of the picture"),
+            v3.VCardText(),
+            html.Table(classes="lab-keys"),
+        ):
+            for key, what in HELP:
+                with html.Tr():
+                    html.Td(key)
+                    html.Td(what)
 
 
 def _items(layers: FrameLayers) -> list[dict[str, Any]]:
@@ -306,5 +313,5 @@ def _items(layers: FrameLayers) -> list[dict[str, Any]]:
         if layer.group != group:
             group = layer.group
             items.append({"type": "subheader", "title": group})
-        items.append({"title": layer.title, "value": name, "props": {"title": layer.title, "subtitle": ""}})
+        items.append({"title": layer.title, "value": name, "props": {"title": layer.title, "density": "compact"}})
     return items
