@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from lab.library import render as render
     from lab.params import Params as Params
     from lab.params import preset as preset
+    from lab.pixel import Probe as Probe
+    from lab.pixel import probe as probe
     from lab.records import Frame as Frame
     from lab.records import Hierarchy as Hierarchy
     from lab.records import Lights as Lights
@@ -39,11 +41,13 @@ _HOME = {
     "LabError": "lab.errors",
     "Lights": "lab.records",
     "Params": "lab.params",
+    "Probe": "lab.pixel",
     "Renderer": "lab.renderer",
     "build_hierarchy": "lab.engine.cpu",
     "irradiance": "lab.library",
     "load_scene": "lab.scene.load",
     "preset": "lab.params",
+    "probe": "lab.pixel",
     "render": "lab.library",
 }
 

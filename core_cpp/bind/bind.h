@@ -11,5 +11,6 @@ void bind_filter_shadows(pybind11::module_& m);
 void bind_limits(pybind11::module_& m);
 void bind_references(pybind11::module_& m);
 void bind_pure(pybind11::module_& m);
+void bind_probe(pybind11::module_& m);
 
 }  // namespace lab::bind

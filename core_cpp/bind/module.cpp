@@ -54,4 +54,5 @@ PYBIND11_MODULE(_core, m) {
     lab::bind::bind_limits(m);
     lab::bind::bind_references(m);
     lab::bind::bind_pure(m);
+    lab::bind::bind_probe(m);
 }

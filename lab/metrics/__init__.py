@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from lab.metrics.chi_square import ChiSquare, chi_square
 from lab.metrics.error import energy_ratio, floor_of, mse, rel_mse, rel_mse_noise, relative_error, rmse
 from lab.metrics.hdr_flip import PIXELS_PER_DEGREE, flip, flip_exposures
 from lab.metrics.seeds import BiasVariance, Moments, bias_variance, moments, temporal
@@ -10,9 +11,11 @@ from lab.metrics.significance import Sidak, sidak, welch_test, z_test
 __all__ = [
     "PIXELS_PER_DEGREE",
     "BiasVariance",
+    "ChiSquare",
     "Moments",
     "Sidak",
     "bias_variance",
+    "chi_square",
     "energy_ratio",
     "flip",
     "flip_exposures",

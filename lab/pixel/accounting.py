@@ -1,0 +1,126 @@
+"""Who answers for the difference between a frame's pixel and the sum over all input lights, light by light."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lab import _core
+from lab.colour import luminance
+from lab.engine.cpu import CpuEngine
+from lab.pixel.exact import expectation
+from lab.pixel.inputs import InputLights
+from lab.pixel.members import with_members
+from lab.pixel.probing import probe_pixel, ratio_of, reaching_lights
+from lab.pixel.records import Doubles
+from lab.records import Frame
+
+
+@dataclass(frozen=True)
+class Account:
+    """The indirect irradiance of a pixel, of the frame and in truth, split among its grid lights.
+
+    The *truth* is the sum over all input lights j of T_j, what j sends at its own place with its own shadow ray. The
+    *frame* is its unshadowed irradiance times its shadow ratio R (what ``compensation`` brings back left out).
+
+    Grid light i holds the share w_ij of input light j's flux (its trilinear weights, through the level-1 lights where
+    levels are gathered), and is blended in with B_i, times n^2 where interleaving deals it to the pixel's tile. So the
+    part of the truth that it stands for is sum_j B_i n_i^2 w_ij T_j. What it sends in the frame is c_i R. Where the
+    shares of an input light don't sum to 1 (every level holds it once, but the levels' lights stand in different
+    places, at different distances; other tiles hold others), light is missing or counted twice that no grid light of
+    the pixel stands for: the *remainder*. The *recombination* is what comes from neighbouring tiles, and rounding. So
+
+        sum of all `difference` + remainder + recombination = frame - truth.
+
+    Attributes:
+        index, level, blend_weight, scale: (n,) lights that send something, or stand for something; ascending.
+        sent: (n, 3) unshadowed irradiance c_i.    shadowed: (n, 3) c_i times the frame's own, filtered ratio R.
+        shadowed_alone: (n, 3) c_i times the light's own ratio, from every ray (see :class:`ExactShadow`): without
+            noise, and without the shadow of other lights.
+        stands_for: (n, 3) its part of the truth.    difference: (n, 3) shadowed - stands_for.
+        remainder, recombination, frame, truth: (3,).    rays: traced for it.
+    """
+
+    x: int
+    y: int
+    index: NDArray[np.int64]
+    level: NDArray[np.int32]
+    blend_weight: Doubles
+    scale: Doubles
+    sent: Doubles
+    shadowed: Doubles
+    shadowed_alone: Doubles
+    stands_for: Doubles
+    difference: Doubles
+    remainder: Doubles
+    recombination: Doubles
+    frame: Doubles
+    truth: Doubles
+    rays: int
+
+    def sorted(self) -> Account:
+        """The lights that answer for most, of either sign, first."""
+        order = np.argsort(-np.abs(luminance(self.difference)), kind="stable")
+        values = {field.name: getattr(self, field.name) for field in fields(self)}
+        rows = {name: value[order] for name, value in values.items() if name in _PER_LIGHT}
+        return Account(**values | rows)
+
+
+_PER_LIGHT = frozenset(
+    ["index", "level", "blend_weight", "scale", "sent", "shadowed", "shadowed_alone", "stands_for", "difference"]
+)
+
+
+def account(engine: CpuEngine, frame: Frame, x: int, y: int, *, points: int = 256, seed: int = 0) -> Account:
+    """The account of pixel (x, y); `points` and `seed` as of :func:`exact_shadow`, for `shadowed_alone` alone.
+
+    Errors: :class:`LabError` for a pixel outside of the image.
+    """
+    probe = probe_pixel(engine, frame, x, y)
+    hierarchy = frame.hierarchy
+    inputs = InputLights(engine, frame, probe.x, probe.y)
+    expected = expectation(engine, frame, probe, inputs, points=points, seed=seed)
+    found = reaching_lights(engine, frame, probe.x, probe.y)
+    index = found["index"].astype(np.int64)
+
+    received = inputs.received()
+    # What a light stands for: its own flux, as bright as its members' light is per flux of theirs. Shadow points are
+    # drawn by the same shares, times luminance.
+    bright = np.asarray(luminance(hierarchy.flux.astype(np.float64)), np.float64)
+    per_flux = received / np.where(bright[: len(received)] > 0, bright[: len(received)], np.inf)[:, None]
+    means = _core.member_means(with_members(hierarchy, frame.params), np.ascontiguousarray(per_flux))
+    blend, scale = found["blend_weight"].astype(np.float64), found["scale"].astype(np.float64)
+    stands_for = (blend * scale * bright[index])[:, None] * means[index]
+
+    contribution = found["contribution"].astype(np.float64)
+    ratio = np.broadcast_to(frame.image.shadow_ratio[probe.y, probe.x].astype(np.float64), 3)
+    alone = np.zeros_like(contribution)
+    own = expected.light_shadowed
+    if frame.params.shadow_estimator != "corrected":
+        own = np.nan_to_num(ratio_of(own, expected.light_weight))
+    lit = found["bright"] > 0
+    alone[lit] = contribution[lit] * own[:, None]
+    shadowed = contribution * ratio
+    kept = lit | stands_for.any(axis=1)
+    truth = received.sum(axis=0)
+    of_frame = frame.image.unshadowed[probe.y, probe.x].astype(np.float64) * ratio
+    return Account(
+        x=probe.x,
+        y=probe.y,
+        index=index[kept],
+        level=found["level"][kept],
+        blend_weight=blend[kept],
+        scale=scale[kept],
+        sent=contribution[kept],
+        shadowed=shadowed[kept],
+        shadowed_alone=alone[kept],
+        stands_for=stands_for[kept],
+        difference=(shadowed - stands_for)[kept],
+        remainder=stands_for.sum(axis=0) - truth,
+        recombination=of_frame - shadowed.sum(axis=0),
+        frame=of_frame,
+        truth=truth,
+        rays=inputs.rays if frame.params.shadow_points == "members" else inputs.rays + expected.rays,
+    )
