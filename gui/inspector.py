@@ -18,6 +18,7 @@ from gui.sources import Sources
 from gui.view_state import ViewState, parse_view_state
 from gui.workbench import Settings, Workbench, command_line, python_code, settings_of
 from lab import LabError
+from lab.pixel import Probe, probe_pixel
 from lab.records import Frame
 from lab.report import export_metadata
 
@@ -42,6 +43,7 @@ class Inspector:
         self.sources = Sources(workbench)
         self.jobs = Jobs(self._job_changed, self._job_failed)
         self.panels: dict[str, Panel] = {}
+        self._probe: tuple[Frame, tuple[int, int], Probe] | None = None
         self.params = ParamsPanel(self)
         self._set_up_state()
         from gui.panels.all import make_panels
@@ -106,6 +108,16 @@ class Inspector:
         """Merged index of the selected grid light, where the hierarchy has it."""
         light, frame = self.view.light, self.frame
         return light if light is not None and frame is not None and light < len(frame.hierarchy.position) else None
+
+    @property
+    def probe(self) -> Probe | None:
+        """What the selected pixel is, where there is one."""
+        frame, pixel = self.frame, self.pixel
+        if frame is None or pixel is None or frame.gbuffer.size[0] <= pixel[0] or frame.gbuffer.size[1] <= pixel[1]:
+            return None
+        if self._probe is None or self._probe[0] is not frame or self._probe[1] != pixel:
+            self._probe = frame, pixel, probe_pixel(self.workbench.renderer.engine, frame, *pixel)
+        return self._probe[2]
 
     def select_pixel(self, pixel: tuple[int, int] | None) -> None:
         """Probes a pixel (x, y); None: none."""
