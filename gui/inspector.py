@@ -116,7 +116,7 @@ class Inspector:
         if frame is None or pixel is None or frame.gbuffer.size[0] <= pixel[0] or frame.gbuffer.size[1] <= pixel[1]:
             return None
         if self._probe is None or self._probe[0] is not frame or self._probe[1] != pixel:
-            self._probe = frame, pixel, probe_pixel(self.workbench.renderer.engine, frame, *pixel)
+            self._probe = frame, pixel, probe_pixel(self.workbench.engine, frame, *pixel)
         return self._probe[2]
 
     def select_pixel(self, pixel: tuple[int, int] | None) -> None:

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from gui.view_state import ViewState
-from lab import Params, Renderer, load_scene
+from lab import LabError, Params, Renderer, load_scene
+from lab.engine.cpu import CpuEngine
 from lab.frame import Progress
 from lab.params import PRESETS, preset
 from lab.records import Frame
@@ -44,6 +45,14 @@ class Workbench:
         self.frame: Frame | None = None
         self._past: list[Settings] = []
         self._future: list[Settings] = []
+
+    @property
+    def engine(self) -> CpuEngine:
+        """The engine of the frame shown, for what only the CPU's can do: probes and references."""
+        engine = self.renderer.engine
+        if not isinstance(engine, CpuEngine):
+            raise LabError("pixels are probed by the engine cpu alone: start with --engine cpu")
+        return engine
 
     def camera_of(self, text: str) -> Camera:
         """The scene's camera of that name ("": the first), or the one that eye:target[:up[:fov]] describes."""

@@ -7,8 +7,6 @@ from typing import Any
 from trame.widgets import html
 from trame.widgets import vuetify3 as v3
 
-from gui.layers import data_url
-from gui.layers.read_out import number_text
 from gui.panels.panel import Panel
 from gui.panels.pixel_tables import account_table, light_rows, picks_text, summary, trials_table
 from gui.plots import blend_plot, picks_plot, to_png
@@ -58,7 +56,9 @@ class PixelPanel(Panel):
         else:
             rows = light_rows(lights, range(min(MOST_ROWS, len(lights))))
         state.pixel_rows = rows
-        state.pixel_said = f"{len(lights):,} lights" + (f", the first {len(rows)} shown" if len(rows) < len(lights) else "")
+        state.pixel_said = f"{len(lights):,} lights" + (
+            f", the first {len(rows)} shown" if len(rows) < len(lights) else ""
+        )
         state.pixel_summary = summary(probe, self._exact, self._trials)
         state.pixel_picks = picks_text(probe)
         self._show_tab(probe)
@@ -81,7 +81,11 @@ class PixelPanel(Panel):
     def screenshot(self) -> bytes:
         """The blend weights with the pixel's lights."""
         probe, frame = self.app.probe, self.app.frame
-        return b"" if probe is None or frame is None else to_png(blend_plot(frame.params, frame.hierarchy, probe), 960, 540)
+        return (
+            b""
+            if probe is None or frame is None
+            else to_png(blend_plot(frame.params, frame.hierarchy, probe), 960, 540)
+        )
 
     # --- what the user does -------------------------------------------------------------------------
 
@@ -117,7 +121,7 @@ class PixelPanel(Panel):
         def work(progress: Any) -> tuple[PickTrials | None, ExactShadow, Account | None]:
             progress(f"pixel {x}, {y}")
             with renderer.on_threads():
-                engine = renderer.engine
+                engine = self.app.workbench.engine
                 exact = exact_shadow(engine, frame, x, y)
                 if draws:
                     return sample_pixel(engine, frame, x, y, draws, seed=frame.params.seed), exact, None
@@ -144,7 +148,10 @@ class PixelPanel(Panel):
 
     def _left(self) -> None:
         with html.Div(classes="lab-pixel-left"):
-            with html.Table(classes="lab-pairs", id="pixel-summary"), html.Tr(v_for="row in pixel_summary", key="row[0]"):
+            with (
+                html.Table(classes="lab-pairs", id="pixel-summary"),
+                html.Tr(v_for="row in pixel_summary", key="row[0]"),
+            ):
                 html.Td("{{ row[0] }}")
                 html.Td("{{ row[1] }}")
             html.Div("picks of this frame", classes="lab-head")
@@ -164,8 +171,8 @@ class PixelPanel(Panel):
                 for ending in ("json", "csv"):
                     v3.VBtn(
                         ending, size="x-small", variant="text", id=f"probe-{ending}",
-                        click=f"utils.download('pixel-' + pixel.join('-') + '.{ending}', trigger('probe_file', ['{ending}']),"
-                        " 'text/plain')",
+                        click="utils.download('pixel-' + pixel.join('-') + "
+                        f"'.{ending}', trigger('probe_file', ['{ending}']), 'text/plain')",
                     )  # fmt: skip
             with html.Div(classes="lab-scroll"), html.Table(classes="lab-data", id="pixel-lights"):
                 with html.Thead(), html.Tr():

@@ -5,6 +5,7 @@
     sample_pixel(engine, frame, x, y)    its picks drawn some thousand times more, against their probabilities
     exact_shadow(engine, frame, x, y)    what its shadow estimator expects, from every ray
     account(engine, frame, x, y)         which grid lights answer for the difference to the sum over all lights
+    pixel_of_point(gbuffer, point)       which pixel shows a point
     member_shares(hierarchy, index)      the input lights that a grid light is made of
 
 ``lab.probe(scene, params, x, y)`` renders a frame first.
@@ -12,6 +13,7 @@
 
 from lab.pixel.accounting import Account, account
 from lab.pixel.exact import ExactShadow, exact_shadow
+from lab.pixel.finding import pixel_of_point
 from lab.pixel.members import member_shares
 from lab.pixel.probing import probe, probe_pixel
 from lab.pixel.records import PixelShadow, PixelValues, Probe, ProbedLights, ProbedPicks
@@ -29,6 +31,7 @@ __all__ = [
     "account",
     "exact_shadow",
     "member_shares",
+    "pixel_of_point",
     "probe",
     "probe_pixel",
     "sample_pixel",
