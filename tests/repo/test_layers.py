@@ -30,7 +30,7 @@ LAYERS = [
         "lab.blend_curves",
     },
     {"lab.renderer"},
-    {"lab.comparison", "lab.mitsuba_scene", "lab.attribute", "lab.bench", "lab.pixel"},
+    {"lab.attribute", "lab.bench", "lab.comparison", "lab.mitsuba_scene", "lab.pixel", "lab.survey"},
     {"lab.experiments"},
     {"lab.testing"},
     {"lab"},
