@@ -14,6 +14,7 @@ from typing import NoReturn
 
 from lab import interrupts
 from lab.bench.definitions import HELP as BENCH_EXAMPLES
+from lab.commands import probe_flags
 from lab.errors import LabError
 from lab.examples import (
     ATTRIBUTE_EXAMPLES,
@@ -117,6 +118,11 @@ def build_parser() -> argparse.ArgumentParser:
     bench = add("bench", "measure the stages of a frame against the limits of this machine", BENCH_EXAMPLES)
     _add_bench_flags(bench)
 
+    probe = add("probe", "tell why a pixel looks as it does: its lights, picks and shadows", probe_flags.EXAMPLES)
+    _add_method_flags(probe, count=None)
+    probe_flags.add_flags(probe)
+    _add_camera_flags(probe)
+
     inspect = add("inspect", "look into the hierarchy and a frame's every pixel, in the browser", INSPECT_EXAMPLES)
     _add_inspect_flags(inspect)
 
@@ -137,10 +143,10 @@ def build_parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _add_method_flags(parser: argparse.ArgumentParser, several: bool = False) -> None:
+def _add_method_flags(parser: argparse.ArgumentParser, count: str | None = "?") -> None:
     """Flags of every command that builds a hierarchy; values are checked where they are used, by one rule each."""
     # Optional to argparse only: see _scene_after_settings.
-    name, count = ("scenes", "*") if several else ("scene", "?")
+    name = "scenes" if count == "*" else "scene"
     parser.add_argument(name, metavar="SCENE", nargs=count, help="a .toml scene, or a bare .glb, .gltf, .obj or .ply")
     parser.add_argument(
         "--set", dest="assignments", metavar="KEY=VALUE", nargs="+", action="extend", default=[],
@@ -174,7 +180,7 @@ def _add_bench_flags(parser: argparse.ArgumentParser) -> None:
         help="also over: vpls, interleave, shadow_samples or threads; may be repeated",
     )  # fmt: skip
     parser.add_argument("--compare", metavar="OTHER.json", help="tell what changed since that run")
-    _add_method_flags(parser, several=True)
+    _add_method_flags(parser, count="*")
     _add_camera_flags(parser)
 
 
@@ -218,7 +224,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Runs one command; returns the exit code: 0 done, 1 failed, 2 bad input, 130 interrupted."""
     arguments = list(sys.argv[1:] if argv is None else argv)
     try:
-        args = build_parser().parse_args(_join_negative_vectors(arguments))
+        args = build_parser().parse_args(probe_flags.pixel_after_settings(_join_negative_vectors(arguments)))
     except SystemExit as stop:
         return stop.code if isinstance(stop.code, int) else 1
     try:

@@ -93,6 +93,7 @@ MAIN_EXAMPLES = """examples:
   lab export scenes/atrium/scene.toml -o out/atrium.npz
   lab reference scenes/atrium/scene.toml       what the picture should look like, path traced
   lab attribute scenes/atrium/scene.toml       where its error comes from, term by term
+  lab probe scenes/atrium/scene.toml 640 360   why that pixel looks as it does, light by light
   lab inspect scenes/atrium/scene.toml         see inside: levels, overdraw, one pixel's lights, in the browser
   lab bench                                    each stage's time against the limits of this machine
   lab compare out/a.exr out/b.exr              how far a picture is from another, in numbers and pictures

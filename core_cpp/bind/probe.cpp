@@ -46,6 +46,13 @@ py::tuple member_shares_(const py::object& hierarchy, std::uint32_t index) {
     return py::make_tuple(to_numpy(std::move(found.member)), to_numpy(std::move(found.share)));
 }
 
+// (m,) float64 -> (n,) float64.
+py::array member_sums_(const py::object& hierarchy, const py::object& weight) {
+    const HierarchyView h = with_members(hierarchy);
+    const auto in = view<double>(weight, "weight", h.position.size());
+    return to_numpy(without_gil([&] { return member_sums(h, {in.begin(), in.end()}); }));
+}
+
 // (n, c) float64 -> (m, c) float64.
 py::array member_means_(const py::object& hierarchy, const py::object& values) {
     const HierarchyView h = with_members(hierarchy);
@@ -62,6 +69,7 @@ void bind_probe(py::module_& m) {
     m.def("probe_pixel", &probe_pixel_, py::arg("hierarchy"), py::arg("position"), py::arg("normal"), py::arg("tile"),
           py::arg("params"), py::arg("scene_radius"));
     m.def("member_shares", &member_shares_, py::arg("hierarchy"), py::arg("index"));
+    m.def("member_sums", &member_sums_, py::arg("hierarchy"), py::arg("weight"));
     m.def("member_means", &member_means_, py::arg("hierarchy"), py::arg("values"));
 }
 

@@ -21,19 +21,25 @@ void for_slots(const HierarchyView& h, std::size_t light, const Visit& visit) {
 
 }  // namespace
 
-MemberShares member_shares(const HierarchyView& h, std::uint32_t index) {
-    const std::size_t inputs = h.input_index.size();
-    MemberShares out;
-    if (index < inputs) return {{index}, {1.0}};
-    // Members are of finer levels, which come first: going down the merged buffer, a light's share is whole when it
+std::vector<double> member_sums(const HierarchyView& h, std::vector<double> weight) {
+    // Members are of finer levels, which come first: going down the merged buffer, what a light has is whole when it
     // is met.
-    std::vector<double> share(std::size_t{index} + 1, 0.0);
-    share[index] = 1;
-    for (std::size_t light = index; light >= inputs; --light) {
-        const double mine = share[light];
-        if (mine > 0) for_slots(h, light, [&](std::uint32_t member, double part) { share[member] += mine * part; });
+    const std::size_t inputs = h.input_index.size();
+    for (std::size_t light = weight.size(); light-- > inputs;) {
+        const double mine = weight[light];
+        if (mine > 0) for_slots(h, light, [&](std::uint32_t member, double part) { weight[member] += mine * part; });
     }
-    for (std::size_t light = 0; light < inputs; ++light)
+    weight.resize(inputs);
+    return weight;
+}
+
+MemberShares member_shares(const HierarchyView& h, std::uint32_t index) {
+    if (index < h.input_index.size()) return {{index}, {1.0}};
+    std::vector<double> one(std::size_t{index} + 1, 0.0);
+    one[index] = 1;
+    const std::vector<double> share = member_sums(h, std::move(one));
+    MemberShares out;
+    for (std::size_t light = 0; light < share.size(); ++light)
         if (share[light] > 0) {
             out.member.push_back(static_cast<std::uint32_t>(light));
             out.share.push_back(share[light]);

@@ -57,7 +57,12 @@ class ScenePanel(Panel):
     def show(self) -> None:
         """Redraws what has changed since the last time, each part on its own."""
         app, view, state = self.app, self.app.view, self.state
-        state.mesh, state.opacity, state.vpls_shown, state.colour_by = view.mesh, view.opacity, view.vpls, view.colour_by
+        state.mesh, state.opacity, state.vpls_shown, state.colour_by = (
+            view.mesh,
+            view.opacity,
+            view.vpls,
+            view.colour_by,
+        )
         self._part("mesh", (view.mesh, view.opacity), lambda: self.view.show_mesh(view.mesh, view.opacity))
         camera = app.workbench.camera_of(app.workbench.settings.camera)
         size = app.workbench.settings.size

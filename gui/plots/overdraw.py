@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from lab.survey import OverdrawGrowth, OverdrawSurvey
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from gui.level_colours import LEVEL_COLOURS
 from gui.plots.style import ACCENT, INK, QUIET, SECOND, SMALL, add_legend, describe, new_figure, say_nothing
+from lab.survey import OverdrawGrowth, OverdrawSurvey
 
 
 def overdraw_plot(survey: OverdrawSurvey, level: int | None = None) -> Figure:

@@ -6,12 +6,12 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from lab.survey import ShadowDistribution
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from gui.plots.style import ACCENT, INK, SECOND, SMALL, add_legend, describe, new_figure, say_nothing
 from lab.pixel_stats import pixel_stats
+from lab.survey import ShadowDistribution
 
 Distributions = Mapping[str, ShadowDistribution]
 """By name, at most two: what matters, and what it is compared with."""

@@ -26,11 +26,12 @@ class Account:
     *frame* is its unshadowed irradiance times its shadow ratio R (what ``compensation`` brings back left out).
 
     Grid light i holds the share w_ij of input light j's flux (its trilinear weights, through the level-1 lights where
-    levels are gathered), and is blended in with B_i, times n^2 where interleaving deals it to the pixel's tile. So the
-    part of the truth that it stands for is sum_j B_i n_i^2 w_ij T_j. What it sends in the frame is c_i R. Where the
-    shares of an input light don't sum to 1 (every level holds it once, but the levels' lights stand in different
-    places, at different distances; other tiles hold others), light is missing or counted twice that no grid light of
-    the pixel stands for: the *remainder*. The *recombination* is what comes from neighbouring tiles, and rounding. So
+    levels are gathered), and is blended in with B_i, times n^2 where interleaving deals it to the pixel's tile: the
+    pixel holds j h_j = sum_i B_i n_i^2 w_ij times. Blend weights go by the distances of grid lights, not of their
+    members, so that h_j is 1 on no more than average; near coarse lights it is 2 and more. T_j is divided among the
+    lights that hold j, in proportion to how much of it: i stands for sum_j T_j B_i n_i^2 w_ij / max(1, h_j), and what
+    of T_j is held by none, max(0, 1 - h_j), is the *remainder*. What i sends in the frame is c_i R; the *recombination*
+    is what comes from neighbouring interleaving tiles, and rounding. So
 
         sum of all `difference` + remainder + recombination = frame - truth.
 
@@ -40,7 +41,9 @@ class Account:
         shadowed_alone: (n, 3) c_i times the light's own ratio, from every ray (see :class:`ExactShadow`): without
             noise, and without the shadow of other lights.
         stands_for: (n, 3) its part of the truth.    difference: (n, 3) shadowed - stands_for.
-        remainder, recombination, frame, truth: (3,).    rays: traced for it.
+        remainder: (3,) light that is missing, 0 or below.    recombination, frame, truth: (3,).
+        times_held: mean of h_j, weighted by the luminance of T_j; NaN where nothing arrives.
+        rays: traced for it.
     """
 
     x: int
@@ -58,6 +61,7 @@ class Account:
     recombination: Doubles
     frame: Doubles
     truth: Doubles
+    times_held: float
     rays: int
 
     def sorted(self) -> Account:
@@ -86,25 +90,29 @@ def account(engine: CpuEngine, frame: Frame, x: int, y: int, *, points: int = 25
     index = found["index"].astype(np.int64)
 
     received = inputs.received()
-    # What a light stands for: its own flux, as bright as its members' light is per flux of theirs. Shadow points are
-    # drawn by the same shares, times luminance.
+    truth = received.sum(axis=0)
+    # Shadow points are drawn by these very shares of flux, times luminance.
     bright = np.asarray(luminance(hierarchy.flux.astype(np.float64)), np.float64)
-    per_flux = received / np.where(bright[: len(received)] > 0, bright[: len(received)], np.inf)[:, None]
-    means = _core.member_means(with_members(hierarchy, frame.params), np.ascontiguousarray(per_flux))
     blend, scale = found["blend_weight"].astype(np.float64), found["scale"].astype(np.float64)
-    stands_for = (blend * scale * bright[index])[:, None] * means[index]
+    holding = np.zeros(len(bright))
+    holding[index] = blend * scale * bright[index]
+    whole = with_members(hierarchy, frame.params)
+    own = np.where(bright[: len(received)] > 0, bright[: len(received)], np.inf)
+    held = _core.member_sums(whole, holding) / own
+    per_flux = received / (np.maximum(1, held) * own)[:, None]
+    stands_for = holding[index][:, None] * _core.member_means(whole, np.ascontiguousarray(per_flux))[index]
+    weight = np.asarray(luminance(received), np.float64)
 
     contribution = found["contribution"].astype(np.float64)
     ratio = np.broadcast_to(frame.image.shadow_ratio[probe.y, probe.x].astype(np.float64), 3)
     alone = np.zeros_like(contribution)
-    own = expected.light_shadowed
+    share = expected.light_shadowed
     if frame.params.shadow_estimator != "corrected":
-        own = np.nan_to_num(ratio_of(own, expected.light_weight))
+        share = np.nan_to_num(ratio_of(share, expected.light_weight))
     lit = found["bright"] > 0
-    alone[lit] = contribution[lit] * own[:, None]
+    alone[lit] = contribution[lit] * share[:, None]
     shadowed = contribution * ratio
     kept = lit | stands_for.any(axis=1)
-    truth = received.sum(axis=0)
     of_frame = frame.image.unshadowed[probe.y, probe.x].astype(np.float64) * ratio
     return Account(
         x=probe.x,
@@ -118,9 +126,10 @@ def account(engine: CpuEngine, frame: Frame, x: int, y: int, *, points: int = 25
         shadowed_alone=alone[kept],
         stands_for=stands_for[kept],
         difference=(shadowed - stands_for)[kept],
-        remainder=stands_for.sum(axis=0) - truth,
+        remainder=0.0 - (np.maximum(0, 1 - held)[:, None] * received).sum(axis=0),
         recombination=of_frame - shadowed.sum(axis=0),
         frame=of_frame,
         truth=truth,
+        times_held=float(weight @ held / weight.sum()) if weight.any() else float("nan"),
         rays=inputs.rays if frame.params.shadow_points == "members" else inputs.rays + expected.rays,
     )
