@@ -95,15 +95,7 @@ def build_parser() -> argparse.ArgumentParser:
     reference = add(
         "reference", "render what a picture should look like: path traced, or every light summed", REFERENCE_EXAMPLES
     )
-    reference.add_argument("--from", dest="record", metavar="BASE.json", help="of the frame of that run")
-    reference.add_argument("--method", metavar="M", help="path_tracer (default) or brute_force")
-    reference.add_argument("--spp", metavar="N", help="samples a pixel: paths, or lights drawn")
-    reference.add_argument("--error", metavar="E", help="relative error to reach, for example 0.01 or 1%%")
-    reference.add_argument("--time", metavar="T", help="time to spend, for example 90s, 2m or 1h")
-    reference.add_argument(
-        "--pixel", metavar="P", help="centre (default): where a frame looks; area: the mean over each pixel"
-    )
-    reference.add_argument("--no-cache", action="store_true", help="neither use nor keep earlier samples")
+    _add_reference_flags(reference)
     _add_method_flags(reference)
     _add_view_flags(reference, "out/SCENE-reference")
 
@@ -182,6 +174,18 @@ def _add_bench_flags(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--compare", metavar="OTHER.json", help="tell what changed since that run")
     _add_method_flags(parser, count="*")
     _add_camera_flags(parser)
+
+
+def _add_reference_flags(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--from", dest="record", metavar="BASE.json", help="of the frame of that run")
+    parser.add_argument("--method", metavar="M", help="path_tracer (default) or brute_force")
+    parser.add_argument("--spp", metavar="N", help="samples a pixel: paths, or lights drawn")
+    parser.add_argument("--error", metavar="E", help="relative error to reach, for example 0.01 or 1%%")
+    parser.add_argument("--time", metavar="T", help="time to spend, for example 90s, 2m or 1h")
+    parser.add_argument(
+        "--pixel", metavar="P", help="centre (default): where a frame looks; area: the mean over each pixel"
+    )
+    parser.add_argument("--no-cache", action="store_true", help="neither use nor keep earlier samples")
 
 
 def _add_inspect_flags(parser: argparse.ArgumentParser) -> None:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from gui.panels.panel import Panel
 from gui.panels.picture import PicturePanel
 from gui.panels.pixel import PixelPanel
+from gui.panels.scene import ScenePanel
 from gui.panels.timings import TimingsPanel
 
 if TYPE_CHECKING:
@@ -25,4 +26,9 @@ TITLES = {
 
 def make_panels(app: Inspector) -> dict[str, Panel]:
     """The panels of `app`."""
-    return {"picture": PicturePanel(app), "pixel": PixelPanel(app), "timings": TimingsPanel(app)}
+    return {
+        "picture": PicturePanel(app),
+        "scene": ScenePanel(app),
+        "pixel": PixelPanel(app),
+        "timings": TimingsPanel(app),
+    }

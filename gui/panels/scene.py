@@ -155,7 +155,8 @@ class ScenePanel(Panel):
 
     def _answer_mouse(self, view: SceneView) -> None:
         """A press that does not move selects; one that does turns the view, thinned out until it ends."""
-        interactor = view.plotter.render_window.GetInteractor()
+        window: Any = view.plotter.render_window
+        interactor = window.GetInteractor()
         style = interactor.GetInteractorStyle()
         interactor.AddObserver("LeftButtonPressEvent", lambda *_: self._press(interactor.GetEventPosition()))
         interactor.AddObserver("LeftButtonReleaseEvent", lambda *_: self._release(interactor.GetEventPosition()))
@@ -169,7 +170,8 @@ class ScenePanel(Panel):
         pressed, self._pressed = self._pressed, None
         if pressed is None or max(abs(pressed[0] - at[0]), abs(pressed[1] - at[1])) > _CLICK_PX:
             return
-        height = self.view.plotter.render_window.GetSize()[1]
+        window: Any = self.view.plotter.render_window
+        height = window.GetSize()[1]
         picked = self.view.pick(at[0], height - 1 - at[1])
         if picked is None:
             return
