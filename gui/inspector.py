@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import math
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, TypeVar
@@ -12,12 +13,15 @@ from trame.app import get_server
 from gui.downloads import exported_bytes
 from gui.jobs import Job, Jobs, Progress, message_of
 from gui.layout import build_page
+from gui.panels.all import make_panels
 from gui.panels.panel import Panel
 from gui.panels.params import ParamsPanel
+from gui.panels.pixel import PixelPanel
 from gui.sources import Sources
 from gui.view_state import ViewState, parse_view_state
 from gui.workbench import Settings, Workbench, command_line, python_code, settings_of
 from lab import LabError
+from lab.colour import auto_exposure
 from lab.pixel import Probe, probe_pixel
 from lab.records import Frame
 from lab.report import export_metadata
@@ -46,8 +50,6 @@ class Inspector:
         self._probe: tuple[Frame, tuple[int, int], Probe] | None = None
         self.params = ParamsPanel(self)
         self._set_up_state()
-        from gui.panels.all import make_panels
-
         self.panels = make_panels(self)
         build_page(self)
         self.ctrl.on_server_ready.add(lambda **_: self.settings_changed())
@@ -129,12 +131,29 @@ class Inspector:
 
     def look(self, **changes: Any) -> None:
         """Changes what is shown, not what is rendered: fields of :class:`ViewState`."""
+        before = self.view.panel
         try:
             self.view = replace(self.view, **changes)
         except LabError as error:
             self.say(str(error))
             return
-        self._show()
+        if self.view.panel != before and before in self.panels:
+            self.panels[before].hide()
+        self.refresh()
+
+    def ask_for_account(self) -> None:
+        """Has the selected pixel say which lights answer for its error."""
+        panel = self.panels["pixel"]
+        if isinstance(panel, PixelPanel):
+            panel.blame()
+
+    @property
+    def exposure(self) -> float:
+        """Factor on light before it is shown: the scene's, or what suits the frame, with the user's stops."""
+        frame, own = self.frame, self.workbench.scene.exposure
+        if own is None and frame is not None:
+            own = auto_exposure(frame.image.colour, frame.gbuffer.depth > 0)
+        return (1.0 if own is None else own) * math.exp2(self.view.exposure)
 
     # --- work and words -----------------------------------------------------------------------------
 
@@ -216,9 +235,9 @@ class Inspector:
 
     def _rendered(self, frame: Frame) -> None:
         self.workbench.frame = frame
-        self._show()
+        self.refresh()
 
-    def _show(self) -> None:
+    def refresh(self) -> None:
         """Brings the open panels up to date; what fails is told, and the others still show."""
         with self.state:
             for name in ("picture", "scene", self.view.panel):

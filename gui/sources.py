@@ -14,14 +14,12 @@ from lab.errors import nearest
 from lab.frame import Progress
 from lab.params import PRESETS, preset
 from lab.records import Frame
-from lab.reference import METHODS, SETTINGS_THAT_COUNT, Budget, Reference, render_reference
+from lab.reference import METHODS, SETTINGS_THAT_COUNT, Reference
+from lab.survey import reference_of
 
 T = TypeVar("T")
 
 THIS, KEPT, KORNIA = "render", "kept", "kornia"
-REFERENCE_SECONDS = 20.0
-"""What a reference may take when the inspector asks for it; asking again goes on from there."""
-
 TITLES = {
     THIS: "this frame",
     KEPT: "the kept frame",
@@ -92,8 +90,9 @@ class Sources:
     def maker(self, source: str) -> Callable[[Progress], Callable[[], None]]:
         """The work that makes `source` for the settings of now; what it returns puts it in its place."""
         settings = self.workbench.settings
-        if source in METHODS:
-            return lambda progress: self._make_reference(source, settings, progress)
+        frame = self.workbench.frame
+        if source in METHODS and frame is not None:
+            return lambda progress: self._make_reference(source, settings, frame, progress)
         return lambda progress: self._make_frame(source, settings, progress)
 
     def _make_frame(self, source: str, settings: Settings, progress: Progress) -> Callable[[], None]:
@@ -101,20 +100,14 @@ class Sources:
         frame = self.workbench.render_aside(aside, progress)
         return lambda: self._frames.__setitem__(source, (aside, frame))
 
-    def _make_reference(self, method: str, settings: Settings, progress: Progress) -> Callable[[], None]:
+    def _make_reference(self, method: str, settings: Settings, frame: Frame, progress: Progress) -> Callable[[], None]:
         def tell(share: float, said: str) -> None:
             progress(f"{TITLES[method]}: {100 * share:.0f} % {said}")
 
         with self.workbench.renderer.on_threads():
-            reference = render_reference(
-                self.workbench.scene,
-                method,
-                settings.params,
-                camera=self.workbench.camera_of(settings.camera),
-                size=settings.size,
-                budget=Budget(seconds=REFERENCE_SECONDS),
-                progress=tell,
-            )
+            reference = reference_of(
+                self.workbench.scene, frame, method, progress=tell, engine=self.workbench.engine
+            )  # fmt: skip
         key = _reference_key(method, settings)
         return lambda: self._references.__setitem__(method, (key, reference))
 

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from gui.panels.leaks import LeaksPanel
+from gui.panels.levels import LevelsPanel
+from gui.panels.overdraw import OverdrawPanel
 from gui.panels.panel import Panel
 from gui.panels.picture import PicturePanel
 from gui.panels.pixel import PixelPanel
 from gui.panels.scene import ScenePanel
+from gui.panels.shadows import ShadowsPanel
 from gui.panels.timings import TimingsPanel
 
 if TYPE_CHECKING:
@@ -30,5 +34,9 @@ def make_panels(app: Inspector) -> dict[str, Panel]:
         "picture": PicturePanel(app),
         "scene": ScenePanel(app),
         "pixel": PixelPanel(app),
+        "overdraw": OverdrawPanel(app),
+        "shadows": ShadowsPanel(app),
+        "leaks": LeaksPanel(app),
+        "levels": LevelsPanel(app),
         "timings": TimingsPanel(app),
     }

@@ -31,6 +31,9 @@ class Panel:
         """Brings what is shown up to date. Quick: longer work goes through ``app.run``."""
         raise NotImplementedError
 
+    def hide(self) -> None:
+        """Another panel is opened in its place."""
+
     def screenshot(self) -> bytes:
         """What is shown, as PNG; empty where there is nothing yet."""
         return b""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,7 +16,6 @@ from gui.view_state import COLOUR_MAPS
 from gui.web import Picture
 from gui.wipe import Difference, difference, wipe
 from lab import LabError
-from lab.colour import auto_exposure
 from lab.reference import METHODS
 
 MOST_STOPS = 20.0
@@ -134,15 +132,8 @@ class PicturePanel(Panel):
         colour_map = None if layer.kind == SIGNED else view.colour_map
         usual = layer.colour_map != "heat" and view.colour_map == "heat"
         return layer_picture(
-            layers, name, exposure=self._exposure(), colour_map=None if usual else colour_map, log=view.log_scale
+            layers, name, exposure=self.app.exposure, colour_map=None if usual else colour_map, log=view.log_scale
         )
-
-    def _exposure(self) -> float:
-        """The scene's exposure, or the one that suits the frame, with the user's stops."""
-        frame, own = self.app.frame, self.app.workbench.scene.exposure
-        if own is None and frame is not None:
-            own = auto_exposure(frame.image.colour, frame.gbuffer.depth > 0)
-        return (1.0 if own is None else own) * math.exp2(self.app.view.exposure)
 
     def _send(self, layer: str) -> None:
         state, view, shown = self.state, self.app.view, self._shown

@@ -9,6 +9,7 @@ from trame.widgets import vuetify3 as v3
 
 from gui.panels.panel import Panel
 from gui.panels.pixel_tables import account_table, light_rows, picks_text, summary, trials_table
+from gui.panels.plot_url import plot_url
 from gui.plots import blend_plot, picks_plot, to_png
 from lab.pixel import Account, ExactShadow, PickTrials, Probe, account, exact_shadow, sample_pixel
 from lab.records import Frame
@@ -71,9 +72,9 @@ class PixelPanel(Panel):
         width, height = _PLOT_PX
         if state.pixel_tab == "blend":
             figure = blend_plot(frame.params, frame.hierarchy, probe)
-            state.pixel_plot = _png_url(to_png(figure, width, height))
+            state.pixel_plot = plot_url(figure, width, height)
         elif state.pixel_tab == "samples" and self._trials is not None:
-            state.pixel_plot = _png_url(to_png(picks_plot(self._trials), width, height))
+            state.pixel_plot = plot_url(picks_plot(self._trials), width, height)
             state.pixel_result_head, state.pixel_results = trials_table(self._trials, self._exact)
         elif state.pixel_tab == "account" and self._account is not None:
             state.pixel_result_head, state.pixel_results = account_table(self._account)
@@ -108,7 +109,7 @@ class PixelPanel(Panel):
             return
         self._work("sample", "samples", int(draws))
 
-    def _blame(self) -> None:
+    def blame(self) -> None:
         """Asks which lights answer for the difference to the sum over all input lights."""
         self._work("account", "account", 0)
 
@@ -196,7 +197,7 @@ class PixelPanel(Panel):
                 html.Input(v_model=("pixel_draws",), id="pixel-draws", classes="lab-input")
                 v3.VBtn("sample this pixel", size="x-small", variant="outlined", click=self._sample, id="pixel-sample")
             with html.Div(classes="lab-ask", v_show=("pixel_tab == 'account'",)):
-                v3.VBtn("ask every light", size="x-small", variant="outlined", click=self._blame, id="pixel-account")
+                v3.VBtn("ask every light", size="x-small", variant="outlined", click=self.blame, id="pixel-account")
                 html.Span("a shadow ray to each input light, and each grid light against what it stands for")
             with html.Div(classes="lab-scroll"):
                 html.Img(src=("pixel_plot",), v_if=("pixel_plot",), classes="lab-plot", id="pixel-plot")
@@ -205,9 +206,3 @@ class PixelPanel(Panel):
                         html.Th("{{ head }}", v_for="head in pixel_result_head", key="head")
                     with html.Tbody(), html.Tr(v_for="(row, n) in pixel_results", key="n"):
                         html.Td("{{ cell }}", v_for="(cell, i) in row", key="i")
-
-
-def _png_url(png: bytes) -> str:
-    import base64
-
-    return f"data:image/png;base64,{base64.b64encode(png).decode('ascii')}"
