@@ -54,7 +54,7 @@ def test_a_map_by_hand() -> None:
     a, b = f.image.indirect.astype(np.float64), r.indirect
     mean = sum(WEIGHTS[c] * b[y, x, c] for y in range(height) for x in range(width) for c in range(3))
     epsilon = 0.01 * mean / (height * width)
-    brighter = darker = pixels = 0
+    brighter = darker = surely = pixels = 0
     for y in range(height):
         for x in range(width):
             mine, right, deviation = (
@@ -69,7 +69,9 @@ def test_a_map_by_hand() -> None:
                 pixels += 1
                 brighter += (mine - right) / scale > 0.1
                 darker += (mine - right) / scale < -0.1
+                surely += mine - right > max(0.2 * scale, 3 * deviation)
     assert found.brighter == pytest.approx(brighter / pixels) and found.darker == pytest.approx(darker / pixels)
+    assert found.shares(0.2, 3.0)[0] == pytest.approx(surely / pixels) and 0 < surely < brighter
     assert found.energy_ratio == pytest.approx(a.sum() / b.sum())
     floor2 = (0.01 * b.mean()) ** 2
     assert found.rel_mse == pytest.approx(np.mean((a - b) ** 2 / (b**2 + floor2)))
@@ -114,10 +116,10 @@ def test_planted_spots_are_found() -> None:
 
 @pytest.mark.parametrize(("seed", "block"), [(1, 1), (2, 3), (3, 4), (4, 9)])
 def test_worst_spots_by_hand(seed: int, block: int) -> None:
-    """Greedy search over every place of the block."""
+    """Greedy search over every place of the block; what the reference's own noise could be does not count."""
     found, _, _ = random_map(seed)
     height, width = found.error.shape
-    spots = found.worst(6, block)
+    spots = found.worst(6, block, 3.0)
     taken: list[tuple[int, int]] = []
     for spot in spots:
         best, place = 0.0, (0, 0)
@@ -125,10 +127,13 @@ def test_worst_spots_by_hand(seed: int, block: int) -> None:
             for left in range(width - block + 1):
                 if any(abs(top - y) < block and abs(left - x) < block for y, x in taken):
                     continue
-                total = abs(sum(found.difference[y, x] for y in range(top, top + block)
-                                for x in range(left, left + block)))  # fmt: skip
-                if total > best * (1 + 1e-9):
+                pixels = [(y, x) for y in range(top, top + block) for x in range(left, left + block)]
+                total = abs(sum(found.difference[p] for p in pixels))
+                noise = math.sqrt(sum(found.deviation[p] ** 2 for p in pixels))
+                if total > max(best * (1 + 1e-9), 3 * noise):
                     best, place = total, (top, left)
+                if (top, left) == (spot.top, spot.left):
+                    assert spot.noise / abs(spot.error) == pytest.approx(noise / total)
         assert (spot.top, spot.left) == place
         assert spot.weight == pytest.approx(best / found.luminance.sum())
         assert spot.left <= spot.x < spot.left + block and spot.top <= spot.y < spot.top + block
@@ -136,8 +141,32 @@ def test_worst_spots_by_hand(seed: int, block: int) -> None:
         inside = sign * found.difference[spot.top : spot.top + block, spot.left : spot.left + block]
         assert sign * found.difference[spot.y, spot.x] == inside.max()
         taken.append(place)
-    assert len(spots) == 6 or block > 2
+    assert len(spots) >= (6 if block < 4 else 1)
+    assert found.worst(6, block, 1e9) == []
     assert [s.weight for s in spots] == sorted((s.weight for s in spots), reverse=True)
+
+
+@pytest.mark.parametrize("radius", [0, 1, 20])
+def test_a_smoothed_map_by_hand(radius: int) -> None:
+    found, f, _ = random_map(7)
+    height, width = found.error.shape
+    smooth = found.smoothed(radius)
+    for y in range(height):
+        for x in range(width):
+            near = [
+                (v, u)
+                for v in range(max(0, y - radius), min(height, y + radius + 1))
+                for u in range(max(0, x - radius), min(width, x + radius + 1))
+                if found.seen[v, u]
+            ]
+            wanted = 0.0
+            if found.seen[y, x]:
+                wrong, right = (sum(a[p] for p in near) / len(near) for a in (found.difference, found.luminance))
+                wanted = wrong / math.hypot(right, 0.01 * found.luminance.mean())
+            assert smooth[y, x] == pytest.approx(wanted, abs=1e-9)
+    if radius == 0:
+        np.testing.assert_allclose(smooth, found.error, atol=1e-12)
+    assert 0 < (f.gbuffer.depth > 0).sum() < height * width
 
 
 def test_what_can_not_be_compared() -> None:
@@ -147,6 +176,8 @@ def test_what_can_not_be_compared() -> None:
     for block in (0, 10, 2.5):
         with pytest.raises(LabError, match="block"):
             found.worst(3, block)  # type: ignore[arg-type]
+    with pytest.raises(LabError, match="radius"):
+        found.smoothed(-1)
     with pytest.raises(LabError, match="count"):
         found.worst(0, 4)
 

@@ -93,7 +93,7 @@ def test_a_distribution_by_hand(settings: dict[str, Any]) -> None:
     assert found.level_shares.sum() == pytest.approx(1.0)
     summary = found.summary()
     assert summary["entropy"] == pytest.approx(np.nanmean(wanted["entropy"]))
-    assert summary["effective_lights"] == pytest.approx(np.nanmean(wanted["effective_lights"]))
+    assert summary["effective_lights"] == pytest.approx(1 / np.nanmean(1 / wanted["effective_lights"]))
     assert summary["mean_level"] == pytest.approx(np.average(levels_of(f.hierarchy), weights=wanted["light_picks"]))
     assert summary["blocked"] == pytest.approx(wanted["light_blocked"].sum() / wanted["light_rays"].sum())
     assert summary["without_ray"] == pytest.approx(1 - wanted["light_rays"].sum() / wanted["light_picks"].sum())
