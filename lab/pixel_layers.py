@@ -35,20 +35,6 @@ def pick_probability(lighting: Lighting) -> Floats:
     return p
 
 
-def pick_surprise(lighting: Lighting) -> Floats:
-    """(H, W) mean of -ln p over a pixel's picks, in nats; NaN where nothing was picked.
-
-    Its expectation over picks is the entropy of p, so a pixel estimates that without bias from few picks.
-    """
-    p = pick_probability(lighting).astype(np.float64)
-    known = np.isfinite(p)
-    sums = -np.log(p, out=np.zeros_like(p), where=known).sum(axis=-1)
-    count = known.sum(axis=-1)
-    surprise = np.full(count.shape, np.nan, np.float32)
-    np.divide(sums, count, out=surprise, where=count > 0, casting="same_kind")
-    return surprise
-
-
 def interleave_tile(size: tuple[int, int], n: int) -> NDArray[np.int32]:
     """(H, W) number of each pixel's tile, (y mod n) n + x mod n (LY19 4.3); `size` = (width, height)."""
     y, x = np.mgrid[: size[1], : size[0]]

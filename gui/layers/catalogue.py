@@ -100,8 +100,12 @@ _COUNTS = (
 _PICKS = tuple(
     dataclasses.replace(layer, group="picks")
     for layer in (
-        Layer("pick_surprise", "entropy of the picks, estimated", "mean of -ln p over the pixel's picks; its "
-              "expectation is the entropy of p", SCALAR, "nats", low=0),
+        Layer("entropy", "entropy of the picks", "mean of -log2 p over the pixel's picks, whose expectation is the "
+              "entropy of p", SCALAR, "bits", low=0),
+        Layer("effective_lights", "effective number of lights", "1 / mean p of the pixel's picks: so many lights, "
+              "picked evenly, would vary as much", SCALAR, "lights", low=0),
+        Layer("mean_level", "mean level of the picks", "of the grid lights that were picked", SCALAR, low=0),
+        Layer("blocked", "blocked shadow rays", "share of the pixel's rays", SCALAR, colour_map="grey", low=0, high=1),
         Layer("tile", "interleaving tile", "(y mod n) n + x mod n: pixels of a tile share their lights", TILE),
     )
 )  # fmt: skip

@@ -19,18 +19,21 @@ from lab.pixel_layers import (
     interleave_tile,
     level_irradiance,
     pick_probability,
-    pick_surprise,
     picked_level,
     ratio_of,
 )
 from lab.records import Frame
 from lab.reference import Reference
+from lab.survey import ShadowDistribution, shadow_distribution
 
 Values = NDArray[Any]
 
 
 _COMPARED = ("reference", "error", "flip")
 """Layers that need a reference, by the first part of their names."""
+
+_SURVEYED = ("entropy", "effective_lights", "mean_level", "blocked")
+"""Maps of :class:`lab.survey.ShadowDistribution`."""
 
 
 class FrameLayers:
@@ -45,6 +48,7 @@ class FrameLayers:
     def __init__(self, frame: Frame, engine: Engine | None = None, reference: Reference | None = None) -> None:
         self.frame, self.engine, self.reference = frame, engine, reference
         self._made: dict[str, Values] = {}
+        self._picks: ShadowDistribution | None = None
         if reference is not None and reference.colour.shape != frame.image.colour.shape:
             height, width = reference.colour.shape[:2]
             size = frame.gbuffer.size
@@ -84,7 +88,7 @@ class FrameLayers:
             "weight_noisy": picked,
             "shadowed": picked,
             "weight": picked,
-            "pick_surprise": picked,
+            **dict.fromkeys(_SURVEYED, picked),
             "irradiance": frame.params.interleave > 1,
             "tile": frame.params.interleave > 1,
         }
@@ -105,12 +109,19 @@ class FrameLayers:
             return self._of_levels(base, part)
         if base in _COMPARED:
             return self._compared(base, part)
+        if base in _SURVEYED:
+            return np.asarray(getattr(self._distribution(), base))
         frame = self.frame
         if base == "picked_level":
             return picked_level(frame.hierarchy, frame.lighting)[..., int(part)]
         if base == "pick_probability":
             return pick_probability(frame.lighting)[..., int(part)]
         return self._own()[name]()
+
+    def _distribution(self) -> ShadowDistribution:
+        if self._picks is None:
+            self._picks = shadow_distribution(self.frame)
+        return self._picks
 
     def _of_levels(self, base: str, part: str) -> Values:
         """`part`: L and a level's number, "" for the total."""
@@ -148,7 +159,6 @@ class FrameLayers:
             "depth": lambda: gbuffer.depth,
             "position": lambda: gbuffer.position,
             "emission": lambda: gbuffer.emission,
-            "pick_surprise": lambda: pick_surprise(frame.lighting),
             "tile": lambda: interleave_tile(gbuffer.size, frame.params.interleave),
         }
 

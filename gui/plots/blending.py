@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator
 
 from gui.level_colours import LEVEL_COLOURS
-from gui.plots.style import INK, PAPER, QUIET, SMALL, describe, new_figure
+from gui.plots.style import INK, PAPER, SMALL, describe, new_figure
 from lab.blend_curves import blend_radii, blend_weights, drawn_levels
 from lab.params import Params
-from lab.pixel import Probe
 from lab.records import Hierarchy
+
+if TYPE_CHECKING:
+    from lab.pixel import Probe
 
 _POINTS = 400
 _LARGEST_MARK = 260.0
@@ -45,20 +50,18 @@ def blend_plot(params: Params, hierarchy: Hierarchy, probe: Probe | None = None)
         inside = lights.distance >= near
         said = f"{len(lights)} lights" if inside.all() else f"{len(lights)} lights, {int((~inside).sum())} nearer"
         axes.scatter(
-            lights.distance, lights.blend_weight, s=6 + _LARGEST_MARK * lights.share,
+            lights.distance, lights.blend_weight, s=14 + _LARGEST_MARK * lights.share,
             c=[LEVEL_COLOURS[int(level)] for level in lights.level], edgecolors=PAPER, linewidths=0.7, zorder=3,
-        )  # fmt: skip
-        axes.text(
-            0.99, -0.2, "area of a mark: its share of the light", color=QUIET, fontsize=SMALL, ha="right",
-            transform=axes.transAxes, in_layout=False,
         )  # fmt: skip
     axes.set_xscale("log")
     axes.set_xlim(near, far)
     axes.set_ylim(0, 1.12)
     axes.set_yticks([0, 0.25, 0.5, 0.75, 1], ["0", "", "0.5", "", "1"])
-    axes.xaxis.set_minor_formatter("")
+    axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    axes.minorticks_off()
     axes.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
     title = f"pixel ({probe.x}, {probe.y}): {said}" if probe is not None else "blending of the levels"
-    describe(axes, title, "distance to the light (scene units)", "blend weight B")
+    note = "; area of marks: share of light" if lights is not None else ""
+    describe(axes, title, f"distance (scene units){note}", "blend weight B")
     axes.text(near, 1.03, " level", color=INK, fontsize=SMALL, ha="left")
     return figure

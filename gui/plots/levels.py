@@ -7,18 +7,19 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
+from gui.layers.read_out import number_text
 from gui.level_colours import LEVEL_COLOURS
 from gui.plots.style import INK, SMALL, describe, new_figure
 from lab.colour import luminance
 
 
 def levels_plot(rows: Sequence[dict[str, Any]]) -> Figure:
-    """`rows` as of :func:`lab.report.level_records`: a row a level, finest at the foot; lights on a logarithmic scale."""
+    """`rows` as of :func:`lab.report.level_records`: a row a level, the finest at the foot; lights in decades."""
     columns = (
         ("lights", [float(row["grid_lights"]) for row in rows], True),
-        ("flux, luminance", [float(luminance(row["flux"])) for row in rows], False),
-        ("overdraw, mean", [float(row["overdraw_mean"]) for row in rows], False),
-        ("lights used, mean", [float(row["lights_used_mean"]) for row in rows], False),
+        ("flux\nluminance", [float(luminance(row["flux"])) for row in rows], False),
+        ("overdraw\nmean", [float(row["overdraw_mean"]) for row in rows], False),
+        ("lights used\nmean", [float(row["lights_used_mean"]) for row in rows], False),
     )
     figure, all_axes = new_figure(1, len(columns), sharey=True)
     levels = [int(row["level"]) for row in rows]
@@ -31,7 +32,7 @@ def levels_plot(rows: Sequence[dict[str, Any]]) -> Figure:
         else:
             axes.set_xlim(0, largest * 1.75)
         for level, value in zip(levels, values, strict=True):
-            text = f" {value:,.0f}" if logarithmic else f" {value:.3g}"
+            text = f" {value:,.0f}" if logarithmic else f" {number_text(float(f'{value:.3g}'))}"
             axes.text(max(value, 0.5 if logarithmic else 0), level, text, fontsize=SMALL, color=INK, va="center")
         axes.set_xticks([])
         axes.minorticks_off()
@@ -41,5 +42,5 @@ def levels_plot(rows: Sequence[dict[str, Any]]) -> Figure:
         axes.tick_params(axis="y", length=0)
         axes.set_yticks(levels)
     describe(all_axes[0], y="level")
-    all_axes[0].set_title("lights", fontsize=SMALL + 0.5, color=INK, loc="left")
+    all_axes[0].set_title("lights\n", fontsize=SMALL + 0.5, color=INK, loc="left")
     return figure

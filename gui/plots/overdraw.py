@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
@@ -9,6 +11,9 @@ from matplotlib.ticker import MaxNLocator
 from gui.level_colours import LEVEL_COLOURS
 from gui.plots.style import ACCENT, INK, QUIET, SECOND, SMALL, add_legend, describe, new_figure, say_nothing
 from lab.survey import OverdrawGrowth, OverdrawSurvey
+
+if TYPE_CHECKING:
+    from lab.survey import OverdrawGrowth, OverdrawSurvey
 
 
 def overdraw_plot(survey: OverdrawSurvey, level: int | None = None) -> Figure:
@@ -34,31 +39,29 @@ def overdraw_plot(survey: OverdrawSurvey, level: int | None = None) -> Figure:
 
 
 def overdraw_levels_plot(survey: OverdrawSurvey) -> Figure:
-    """A histogram a level, one above the other on one scale, the total at the foot; each as high as its greatest bin."""
-    rows = [(f"{found.level}", found, LEVEL_COLOURS[found.level or 0]) for found in survey.levels if found.max > 0]
-    rows = [*rows, ("all", survey.total, ACCENT)]
-    if survey.total.pixels == 0:
-        return say_nothing("the view sees no surface")
+    """A histogram a level, one above the other on one scale, each as high as its greatest bin; a line at the mean."""
+    rows = [found for found in survey.levels if found.max > 0]
+    if not rows:
+        return say_nothing("no light reaches what is seen")
     figure, axes = new_figure()
-    furthest = float(survey.total.p95) * 1.15 + 1
-    for i, (_, found, colour) in enumerate(reversed(rows)):
-        top = found.histogram / max(1, int(found.histogram.max())) * 0.84
-        edges = found.edges - 0.5
-        axes.stairs(top + i, edges, baseline=i, fill=True, color=colour, alpha=0.6)
+    beside = axes.get_yaxis_transform()
+    columns = ((1.02, "mean", INK), (1.14, "max", QUIET))
+    for i, found in enumerate(rows):
+        top = found.histogram / int(found.histogram.max()) * 0.84
+        colour = LEVEL_COLOURS[found.level or 0]
+        axes.stairs(top + i, found.edges - 0.5, baseline=i, fill=True, facecolor=colour, edgecolor=colour, alpha=0.7)
         axes.plot([found.mean, found.mean], [i, i + 0.84], color=INK, linewidth=1.2)
-        axes.text(1.01, i + 0.3, f"{found.mean:.3g}", fontsize=SMALL, color=INK, ha="left", va="center",
-                  transform=axes.get_yaxis_transform())  # fmt: skip
-        axes.text(1.12, i + 0.3, f"{found.max:,}", fontsize=SMALL, color=QUIET, ha="left", va="center",
-                  transform=axes.get_yaxis_transform())  # fmt: skip
-    for x, name, ink in ((1.01, "mean", INK), (1.12, "max", QUIET)):
-        axes.text(x, len(rows) + 0.12, name, fontsize=SMALL, color=ink, ha="left", va="bottom",
-                  transform=axes.get_yaxis_transform())  # fmt: skip
-    axes.set_yticks(np.arange(len(rows)) + 0.3, [name for name, *_ in reversed(rows)])
+        for (x, _, ink), text in zip(columns, (f"{found.mean:.3g}", f"{found.max:,}"), strict=True):
+            axes.text(x, i + 0.3, text, fontsize=SMALL, color=ink, va="center", transform=beside)
+    for x, name, ink in columns:
+        axes.text(x, len(rows), name, fontsize=SMALL, color=ink, va="bottom", transform=beside)
+    axes.set_yticks(np.arange(len(rows)) + 0.3, [str(found.level) for found in rows])
     axes.set_ylim(-0.05, len(rows))
-    axes.set_xlim(-0.5, furthest)
+    axes.set_xlim(-0.5, 1.15 * max(found.p95 for found in rows) + 1)
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.grid(False)
-    describe(axes, f"{_word(survey)}, level by level", "lights a pixel", "level")
+    total = survey.total
+    describe(axes, f"{_word(survey)}: all levels {total.mean:.4g}, at most {total.max:,}", "lights a pixel", "level")
     return figure
 
 
@@ -70,9 +73,11 @@ def growth_plot(growth: OverdrawGrowth) -> Figure:
     line = f"{growth.intercept:.1f} {'+' if growth.slope >= 0 else '-'} {abs(growth.slope):.2f} ln(lights)"
     axes.plot(ends, growth.fitted(ends), color=SECOND, linewidth=1.4, label=f"{line}, R² = {growth.r_squared:.3f}")
     axes.plot(lights, growth.overdraw, "o", color=ACCENT, markersize=6, label="measured")
-    for vpls, x, y in zip(growth.vpls, lights, growth.overdraw, strict=True):
-        axes.annotate(f"{_short(vpls)} VPLs", (x, y), xytext=(0, -13), textcoords="offset points", fontsize=SMALL,
-                      color=QUIET, ha="center")  # fmt: skip
+    for i, (vpls, x, y) in enumerate(zip(growth.vpls, lights, growth.overdraw, strict=True)):
+        # Below and above by turns: numbers of lights may be alike.
+        shift, side = ((8, -9), "left") if i % 2 == 0 else ((-8, 7), "right")
+        axes.annotate(f"{_short(vpls)} VPLs", (x, y), xytext=shift, textcoords="offset points", fontsize=SMALL,
+                      color=QUIET, ha=side, va="center")  # fmt: skip
     axes.set_xscale("log")
     axes.xaxis.set_major_formatter(lambda value, _: _short(value))
     axes.set_ylim(0, max(growth.overdraw) * 1.2)

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from gui.level_colours import LEVEL_COLOURS
-from gui.plots.style import INK, PALE, add_legend, describe, new_figure, say_nothing
-from lab.pixel import PickTrials
+from gui.plots.style import INK, PALE, SMALL, add_legend, describe, new_figure, say_nothing
+
+if TYPE_CHECKING:
+    from lab.pixel import PickTrials
 
 _MOST_BARS = 36
 
@@ -42,8 +45,8 @@ def picks_plot(trials: PickTrials) -> Figure:
     axes.margins(y=0.12)
     if len(rest):
         many = "light" if len(rest) == 1 else "lights"
-        axes.text(x[-1], max(counts[-1], expected[-1] + spread[-1]), f"{len(rest)} more\n{many} ", color=INK, fontsize=7.5,
-                  ha="right", va="bottom")  # fmt: skip
+        top = max(counts[-1], expected[-1] + spread[-1])
+        axes.text(x[-1], top, f"{len(rest)} more\n{many} ", color=INK, fontsize=SMALL, ha="right", va="bottom")
     title = f"{trials.draws:,} picks: chi-square {trials.statistic:.1f}, {trials.freedom} dof, p = {_p(trials.p_value)}"
     describe(axes, title, f"{len(order)} lights, the likeliest first", "picks")
     levels = sorted({int(level) for level in trials.level[shown]})

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from typing import Any
+from typing import Any, cast
 
 import matplotlib
 from matplotlib.axes import Axes
@@ -64,15 +64,15 @@ def to_png(figure: Figure, width_px: int = WIDTH, height_px: int = HEIGHT, dpi: 
     figure.set_dpi(dpi)
     # A hair more: the canvas rounds sizes down.
     figure.set_size_inches((width_px + 1e-6) / dpi, (height_px + 1e-6) / dpi)
-    buffer = io.BytesIO()
-    FigureCanvasAgg(figure).print_png(buffer, metadata={"Software": None})
+    buffer, canvas = io.BytesIO(), cast(Any, FigureCanvasAgg(figure))
+    canvas.print_png(buffer, metadata={"Software": None})
     return buffer.getvalue()
 
 
 def to_svg(figure: Figure, width_px: int = WIDTH, height_px: int = HEIGHT) -> str:
     """The figure as the text of an SVG file; the same figure gives the same text."""
     figure.set_size_inches(width_px / DPI, height_px / DPI)
-    buffer = io.StringIO()
+    buffer, canvas = io.StringIO(), cast(Any, FigureCanvasSVG(figure))
     with matplotlib.rc_context({"svg.hashsalt": "lab"}):
-        FigureCanvasSVG(figure).print_svg(buffer, metadata={"Date": None, "Creator": None})
+        canvas.print_svg(buffer, metadata={"Date": None, "Creator": None})
     return buffer.getvalue()

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from matplotlib.figure import Figure
 
-from gui.plots.style import ACCENT, INK, PALE, QUIET, SMALL, TEXT, describe, new_figure
+from gui.plots.style import ACCENT, GRID, INK, PALE, QUIET, SMALL, TEXT, describe, new_figure
 from lab.engine.engine import STAGES
 
 TAKEN_AGAIN_MS = 0.05
@@ -36,7 +36,7 @@ def timings_plot(stages_ms: Mapping[str, float], previous_ms: Mapping[str, float
     axes.tick_params(axis="y", length=0)
     axes.set_xlim(0, longest * 1.14)
     axes.grid(False)
-    axes.grid(axis="x", color="#e4e2dc", linewidth=0.8)
+    axes.grid(axis="x", color=GRID, linewidth=0.8)
     total = f"{sum(now):,.0f} ms"
     title = f"{total} in all" + (f" (before, pale: {sum(before):,.0f} ms)" if previous_ms else "")
     describe(axes, title, "ms")

@@ -13,6 +13,7 @@ from lab.image_io import frame_channels
 from lab.metrics import flip, rel_mse, relative_error
 from lab.pixel_layers import level_irradiance, picked_level, ratio_of
 from lab.records import Frame
+from lab.survey import leak_map, shadow_distribution
 
 from .scenes import SIZE, engine, frame, reference
 
@@ -58,7 +59,7 @@ def test_a_frame_has_the_layers_of_its_settings() -> None:
     assert "overdraw.L0" not in layer_names(frame(first_level=1))
     assert "picked_level.3" in plain and "picked_level.4" not in plain
     without = layer_names(frame(shadow_samples=0))
-    assert "shadow_ratio" in without and "shadow_ratio_noisy" not in without and "pick_surprise" not in without
+    assert "shadow_ratio" in without and "shadow_ratio_noisy" not in without and "entropy" not in without
     assert not [name for name in layer_names(frame(counts=False)) if name.startswith("overdraw")]
     judged = set(layer_names(frame(), None, reference()))
     assert {"error.colour", "flip.indirect", "reference.unshadowed"} <= judged and "flip.unshadowed" not in judged
@@ -85,7 +86,7 @@ def test_what_is_missing_is_explained() -> None:
         (frame(), "left_out", "compensation=none"),
         (frame(), "error.colour", "needs a reference"),
         (frame(), "level_light.L0", "needs the engine"),
-        (frame(shadow_samples=0), "pick_surprise", "shadow_samples=0"),
+        (frame(shadow_samples=0), "entropy", "shadow_samples=0"),
     ]
     for made, name, said in cases:
         with pytest.raises(LabError, match=said):
@@ -130,9 +131,12 @@ def test_picks_by_hand() -> None:
                 continue
             assert made.hierarchy.offset[level] <= light[y, x, s] < made.hierarchy.offset[level + 1]
             assert p == pytest.approx(f[y, x, s] / total[y, x], rel=1e-6)
-            surprise.append(-np.log(float(p)))
-        found = layers.values("pick_surprise")[y, x]
+            surprise.append(-np.log2(float(p)))
+        found = layers.values("entropy")[y, x]
         assert np.isnan(found) if not surprise else found == pytest.approx(np.mean(surprise), rel=1e-5, abs=1e-6)
+    survey = shadow_distribution(made)
+    for name in ("entropy", "effective_lights", "mean_level", "blocked"):
+        assert np.array_equal(layers.values(name), getattr(survey, name), equal_nan=True), name
     assert (picked_level(made.hierarchy, made.lighting) >= 1).sum() > HEIGHT * WIDTH
 
 
@@ -159,6 +163,7 @@ def test_comparisons_are_those_of_the_metrics() -> None:
     for part, own in (("indirect", made.image.indirect), ("unshadowed", made.image.unshadowed)):
         error = relative_error(luminance(own.astype(np.float64)), luminance(getattr(truth, part)))
         assert np.array_equal(layers.values(f"error.{part}"), error)
+    assert np.array_equal(layers.values("error.indirect")[seen], leak_map(made, truth).error[seen])
     # The background is the same on both sides.
     assert (layers.values("error.colour")[~seen] == 0).all()
     both = layers.values("colour"), layers.values("reference.colour")
