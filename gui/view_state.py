@@ -36,7 +36,7 @@ class ViewState:
         compare: off, wipe, or difference.    wipe: where the divider is, 0..1.
         exposure: stops over the automatic exposure.    colour_map, log_scale: of layers that are no light.
         zoom, centre: magnification (1: fit) and the point of the picture in the middle, 0..1 each.
-        mesh, opacity, vpls, levels, colour_by, cells: what the 3D view shows; `cells` -1 is none.
+        mesh, opacity, vpls, levels, colour_by, cells, legend: what the 3D view shows; `cells` -1 is none.
         scene_camera: position, focal point and up of the 3D view, nine numbers, or none to look from `camera`.
         pixel: the pixel that is probed, (x, y).    light: merged index of the selected grid light.
         panel, split: the panel that is open; which of picture and scene are shown.
@@ -65,6 +65,7 @@ class ViewState:
     levels: tuple[int, ...] = (1,)
     colour_by: str = "flux"
     cells: int = -1
+    legend: bool = True
     scene_camera: tuple[float, ...] | None = None
     pixel: tuple[int, int] | None = None
     light: int | None = None
@@ -212,6 +213,7 @@ _CHECKS = {
     "levels": _tuple_of(_whole(0, 12)),
     "colour_by": _one_of(*COLOUR_BYS),
     "cells": _whole(-1, 12),
+    "legend": _boolean,
     "scene_camera": _optional(_tuple_of(_real(-_FAR, _FAR), 9)),
     "pixel": _optional(_tuple_of(_whole(0, _SIDE - 1), 2)),
     "light": _optional(_whole(0, 2**32 - 1)),

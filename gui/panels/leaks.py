@@ -17,7 +17,9 @@ from lab.reference import METHODS, Reference
 from lab.survey import LeakMap, Spot, leak_map
 
 SPOTS = 12
+RADII = (0, 2, 4, 8)
 _SCALE = 1.0
+_DEVIATIONS = 2.0
 
 
 class LeaksPanel(Panel):
@@ -30,7 +32,7 @@ class LeaksPanel(Panel):
         """Choice of the reference, numbers, the map, the worst places."""
         state = self.state
         state.leak_method, state.leak_rows, state.leak_picture, state.leak_spots = "brute_force", [], "", []
-        state.leak_said = ""
+        state.leak_said, state.leak_radius = "", 4
         with html.Div(classes="lab-columns"):
             with html.Div(classes="lab-column"):
                 html.Div("Compare the indirect light with", classes="lab-head")
@@ -39,16 +41,24 @@ class LeaksPanel(Panel):
                         TITLES[method], size="x-small", variant=(f"leak_method == '{method}' ? 'tonal' : 'outlined'",),
                         click=(self._ask, f"['{method}']"), id=f"leaks-{method}", classes="lab-gap",
                     )  # fmt: skip
+                v3.VBtn(
+                    "refine", size="x-small", variant="text", click=self._refine, v_show=("leak_rows.length",),
+                    id="leaks-refine", title="go on from the samples there are, for as long again",
+                )  # fmt: skip
                 html.Div("{{ leak_said }}", classes="lab-quiet", v_if=("leak_said",))
                 with html.Table(classes="lab-pairs", id="leak-table"), html.Tr(v_for="row in leak_rows", key="row[0]"):
                     html.Td("{{ row[0] }}")
                     html.Td("{{ row[1] }}")
             with html.Div(classes="lab-column"):
                 html.Img(src=("leak_picture",), v_if=("leak_picture",), classes="lab-map", id="leak-map")
-                html.Div(
-                    "red: too bright, blue: too dark; full colour at 100 % of the reference", classes="lab-line",
-                    v_if=("leak_picture",),
-                )  # fmt: skip
+                with html.Div(classes="lab-table-head", v_if=("leak_picture",)):
+                    html.Span("red: too bright, blue: too dark, full at 100 %; averaged over", classes="lab-line")
+                    for radius in RADII:
+                        v3.VBtn(
+                            f"{2 * radius + 1}", size="x-small", click=(self._smooth, f"[{radius}]"),
+                            variant=(f"leak_radius == {radius} ? 'tonal' : 'text'",), id=f"leak-radius-{radius}",
+                            classes="lab-level", title=f"{2 * radius + 1} x {2 * radius + 1} pixels",
+                        )  # fmt: skip
             with html.Div(classes="lab-column"):
                 html.Div("the worst places", classes="lab-head", v_if=("leak_spots.length",))
                 html.Div(
@@ -72,17 +82,18 @@ class LeaksPanel(Panel):
         found = self._map
         if found is None:
             return
+        brighter, darker = found.shares(deviations=_DEVIATIONS)
         state.leak_rows = [
             ["reference", TITLES[found.method]],
             ["its relative error", f"{100 * reference.relative_error:.2f} %"],
-            ["over 10 % too bright", f"{100 * found.brighter:.1f} % of the pixels"],
-            ["over 10 % too dark", f"{100 * found.darker:.1f} % of the pixels"],
+            ["over 10 % too bright", f"{100 * brighter:.1f} % of the pixels, beyond its noise"],
+            ["over 10 % too dark", f"{100 * darker:.1f} % of the pixels, beyond its noise"],
             ["energy ratio", f"{found.energy_ratio:.4f}"],
             ["relMSE", f"{found.rel_mse:.4g}, of which noise {found.rel_mse_noise:.2g}"],
         ]
         state.leak_picture = data_url(self._picture(found))
         width, height = frame.gbuffer.size
-        spots = found.worst(SPOTS, min(16, width, height))
+        spots = found.worst(SPOTS, min(16, width, height), _DEVIATIONS)
         state.leak_spots = [{"text": _text(spot), "pixel": [spot.x, spot.y]} for spot in spots]
         state.marks = [[spot.x, spot.y] for spot in spots]
 
@@ -95,13 +106,22 @@ class LeaksPanel(Panel):
         return b"" if self._map is None else png_bytes(self._picture(self._map))
 
     def _picture(self, found: LeakMap) -> NDArray[np.uint8]:
-        return draw_layer(found.error, "signed", low=-_SCALE, high=_SCALE, seen=found.seen)
+        error = found.smoothed(int(self.state.leak_radius)) if self.state.leak_radius else found.error
+        return draw_layer(error, "signed", low=-_SCALE, high=_SCALE, seen=found.seen)
 
     def _ask(self, method: str) -> None:
         self.state.leak_method = method
-        if self.app.sources.reference(method) is not None:
-            self.app.refresh()
-            return
+        if self.app.sources.reference(method) is None:
+            self._refine()
+        self.app.refresh()
+
+    def _smooth(self, radius: int) -> None:
+        self.state.leak_radius = radius
+        self.app.refresh()
+
+    def _refine(self) -> None:
+        """Makes the reference, or goes on with it."""
+        method = str(self.state.leak_method)
 
         def done(put: Callable[[], None]) -> None:
             put()

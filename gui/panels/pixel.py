@@ -159,7 +159,7 @@ class PixelPanel(Panel):
             html.Div("{{ line }}", v_for="line in pixel_picks", key="line", classes="lab-line")
 
     def _table(self) -> None:
-        heads = ("light", "level", "distance", "B", "cos", "lobe", "contribution", "share", "sum", "p")
+        heads = ("light", "level", "distance", "B", "cos", "lobe", "E", "f", "p", "share", "sum")
         with html.Div(classes="lab-pixel-table"):
             with html.Div(classes="lab-table-head"):
                 html.Span("{{ pixel_said }}", classes="lab-head")

@@ -33,9 +33,10 @@ def light_rows(lights: ProbedLights, rows: Iterable[int]) -> list[dict[str, Any]
                 f"{float(lights.receiver_cosine[i]):.3f}",
                 f"{float(lights.emission[i]):.3f}",
                 number_text(float(lightness[i])),
+                number_text(float(lights.target_weight[i])),
+                f"{float(lights.probability[i]):.4f}",
                 percent(float(lights.share[i])),
                 percent(float(cumulative[i])),
-                f"{float(lights.probability[i]):.5f}",
             ],
         }
         for i in rows

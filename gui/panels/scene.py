@@ -224,7 +224,7 @@ class ScenePanel(Panel):
 
     def _choices(self) -> None:
         look = self.app.look
-        with html.Div(classes="lab-choices"):
+        with html.Div(classes="lab-choices lab-one-row"):
             with v3.VBtnToggle(
                 model_value=("shown_levels", []), multiple=True, density="compact", variant="outlined",
                 update_modelValue=(lambda levels: look(levels=tuple(sorted(levels))), "[$event]"), id="levels",
@@ -235,34 +235,47 @@ class ScenePanel(Panel):
                 )  # fmt: skip
             v3.VSlider(
                 model_value=("slider_level", 1), min=0, max=("top_level",), step=1, density="compact",
-                hide_details=True, thumb_size=14, id="level-slider", classes="lab-slider", thumb_label=True,
+                hide_details=True, thumb_size=14, id="level-slider", classes="lab-slider",
                 update_modelValue=(self._slide, "[$event]"), title="show this level alone",
             )  # fmt: skip
-            self._select("colour_by", list(COLOUR_BYS), "colour by", lambda name: look(colour_by=name))
-            self._select("cells", ("cell_items",), "cells", lambda level: look(cells=int(level)))
-            self._select("mesh", list(MESH_STYLES), "mesh", lambda name: look(mesh=name))
-            v3.VSlider(
-                model_value=("opacity", 1.0), min=0.05, max=1, step=0.05, density="compact", hide_details=True,
-                thumb_size=12, classes="lab-slider lab-short", id="opacity", title="opacity of the mesh",
-                end=(lambda value: look(opacity=float(value)), "[$event]"),
-            )  # fmt: skip
-            v3.VCheckbox(
-                label="VPLs", model_value=("vpls_shown", False), density="compact", hide_details=True, id="vpls-shown",
-                update_modelValue=(lambda on: look(vpls=bool(on)), "[$event]"), title="the input lights",
-            )  # fmt: skip
+            self._options()
             for where, icon, title in (
                 ("camera", "mdi-camera", "look from the picture's camera"),
                 ("pixel", "mdi-crosshairs", "fly to the probed pixel"),
                 ("light", "mdi-lightbulb-on-outline", "fly to the selected light"),
             ):
+                _icon(icon, title, (self._fly, f"['{where}']"), f"fly-{where}")
+            _icon("mdi-image-outline", "render the picture from here", self._render_from_here, "render-here")
+
+    def _options(self) -> None:
+        """What is shown less often, in a menu."""
+        look = self.app.look
+        with v3.VMenu(close_on_content_click=False, location="bottom end"):
+            with html.Template(v_slot_activator="{ props }"):
                 v3.VBtn(
-                    icon=icon, title=title, size="x-small", variant="text", click=(self._fly, f"['{where}']"),
-                    id=f"fly-{where}",
+                    icon="mdi-tune", title="what the scene shows", size="x-small", variant="text", v_bind="props",
+                    id="scene-options",
                 )  # fmt: skip
-            v3.VBtn(
-                icon="mdi-camera-flip-outline", title="render the picture from here", size="x-small", variant="text",
-                click=self._render_from_here, id="render-here",
-            )  # fmt: skip
+            with v3.VCard(classes="lab-options"):
+                self._select("colour_by", list(COLOUR_BYS), "colour lights by", lambda name: look(colour_by=name))
+                self._select("cells", ("cell_items",), "cells", lambda level: look(cells=int(level)))
+                self._select("mesh", list(MESH_STYLES), "mesh", lambda name: look(mesh=name))
+                v3.VSlider(
+                    model_value=("opacity", 1.0), min=0.05, max=1, step=0.05, density="compact", hide_details=True,
+                    thumb_size=12, id="opacity", label="opacity", end=(lambda value: look(opacity=float(value)),
+                    "[$event]"),
+                )  # fmt: skip
+                for name, label, field in (
+                    ("vpls_shown", "input lights (VPLs)", "vpls"),
+                    ("legend_shown", "legend", "legend"),
+                ):
+                    v3.VCheckbox(
+                        label=label, model_value=(name, False), density="compact", hide_details=True,
+                        id=name.replace("_", "-"), update_modelValue=(self._switch, f"['{field}', $event]"),
+                    )  # fmt: skip
+
+    def _switch(self, field: str, on: object) -> None:
+        self.app.look(**{field: bool(on)})
 
     def _select(self, name: str, items: Any, label: str, choose: Callable[[Any], None]) -> None:
         v3.VSelect(
@@ -273,3 +286,7 @@ class ScenePanel(Panel):
     def _slide(self, level: float) -> None:
         if level >= 0:
             self.app.look(levels=(int(level),))
+
+
+def _icon(icon: str, title: str, click: object, testid: str) -> None:
+    v3.VBtn(icon=icon, title=title, size="x-small", variant="text", click=click, id=testid)

@@ -39,13 +39,32 @@ def run(args: argparse.Namespace) -> None:
 
     from gui.workbench import Workbench
 
+    folder = None if args.screenshot is None else _folder(args.screenshot)
     with progress(request.quiet) as tell:
         tell("loading")
         workbench = Workbench(view, request.threads)
     try:
-        _open(args, workbench, view, port)
+        if folder is not None:
+            _screenshots(folder, workbench, view, request.quiet)
+        else:
+            _open(args, workbench, view, port)
     finally:
         workbench.close()
+
+
+def _folder(text: str) -> Path:
+    if not text:
+        raise LabError("--screenshot: expected the name of a folder, for example --screenshot out/views")
+    return Path(text)
+
+
+def _screenshots(folder: Path, workbench: Workbench, view: ViewState, quiet: bool) -> None:
+    from gui.screenshots import write_screenshots
+
+    with progress(quiet) as tell:
+        written = write_screenshots(folder, workbench, view, tell)
+    if not quiet:
+        print(f"wrote {len(written)} views to {folder}")  # noqa: T201
 
 
 def _open(args: argparse.Namespace, workbench: Workbench, view: ViewState, port: int | None) -> None:
