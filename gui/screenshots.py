@@ -28,7 +28,7 @@ from gui.scene_view import SceneView
 from gui.view_state import ViewState
 from gui.wipe import wipe
 from gui.workbench import Workbench
-from lab.colour import auto_exposure, luminance
+from lab.colour import auto_exposure
 from lab.figure import PAPER
 from lab.frame import Progress
 from lab.outputs import check_writable, write_all
@@ -53,8 +53,8 @@ def write_screenshots(folder: Path, workbench: Workbench, view: ViewState, progr
     ``layer-NAME`` each layer with its legend; ``wipe`` colour against the other layer of `view`; ``scene``,
     ``scene-levels``, ``scene-light``, ``scene-pixel`` the 3D view; ``pixel-blend``, ``pixel-picks`` the probe;
     ``overdraw``, ``overdraw-growth``, ``shadows-levels``, ``shadows-...``, ``importance-...``, ``leaks``, ``levels``,
-    ``timings`` the panels. Where `view` selects no pixel or light, the most lit pixel of the middle and its strongest
-    grid light are taken.
+    ``timings`` the panels. Where `view` selects no pixel or light, one of the foreground and its strongest grid
+    light are taken.
 
     Errors: :class:`lab.LabError` where the folder can't be written.
     """
@@ -126,16 +126,12 @@ class _Shots:
 
     @cached_property
     def probe(self) -> Probe:
-        """Of the selected pixel, or of the one with most unshadowed light in the picture's middle third."""
+        """Of the selected pixel, or of the first that sees a surface on the way up from the foot of the picture."""
         frame, pixel = self.frame, self.view.pixel
-        width, height = frame.gbuffer.size
         if pixel is None:
-            light = luminance(frame.image.unshadowed)
-            middle = np.zeros_like(light)
-            inside = slice(height // 3, -(-2 * height // 3)), slice(width // 3, -(-2 * width // 3))
-            middle[inside] = light[inside]
-            y, x = np.unravel_index(int(np.argmax(middle)), middle.shape)
-            pixel = int(x), int(y)
+            width, height = frame.gbuffer.size
+            rows = [y for y in range(int(0.75 * height), -1, -1) if frame.gbuffer.depth[y, width // 2] > 0]
+            pixel = width // 2, rows[0] if rows else height // 2
         return probe_pixel(self.workbench.engine, frame, *pixel)
 
     @property

@@ -1,4 +1,4 @@
-"""How many lights a pixel looks at: by level, as a distribution, and how it grows with the number of lights (LY19 4)."""
+"""How many lights a pixel looks at: by level, as a distribution, and as the number of lights grows (LY19 4)."""
 
 from __future__ import annotations
 

@@ -67,10 +67,13 @@ class ShadowsPanel(Panel):
                             click=(self._choose, f"['{name}']"), id=f"shadow-map-{name}",
                         )  # fmt: skip
                 html.Img(src=("shadow_plot",), v_if=("shadow_plot",), classes="lab-plot", id="shadow-plot")
-            with html.Div(classes="lab-column"), html.Div(classes="lab-pictures", id="shadow-pictures"):
-                with html.Div(v_for="picture in shadow_pictures", key="picture.title"):
-                    html.Img(src=("picture.url",))
-                    html.Div("{{ picture.title }}", classes="lab-line")
+            with (
+                html.Div(classes="lab-column"),
+                html.Div(classes="lab-pictures", id="shadow-pictures"),
+                html.Div(v_for="picture in shadow_pictures", key="picture.title"),
+            ):
+                html.Img(src=("picture.url",))
+                html.Div("{{ picture.title }}", classes="lab-line")
 
     def show(self) -> None:
         """The distribution of the frame's picks."""
