@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import logging
 import math
 from collections.abc import Callable
@@ -28,6 +29,8 @@ from lab.report import export_metadata
 
 T = TypeVar("T")
 
+LATER_SECONDS = 0.02
+
 log = logging.getLogger("lab.inspect")
 
 
@@ -48,6 +51,8 @@ class Inspector:
         self.jobs = Jobs(self._job_changed, self._job_failed)
         self.panels: dict[str, Panel] = {}
         self._probe: tuple[Frame, tuple[int, int], Probe] | None = None
+        self._later: dict[str, Callable[[], None]] = {}
+        self._closed = False
         self.params = ParamsPanel(self)
         self._set_up_state()
         self.panels = make_panels(self)
@@ -166,6 +171,13 @@ class Inspector:
 
         self.jobs.submit(name, work, finish)
 
+    def later(self, name: str, draw: Callable[[], None]) -> None:
+        """Draws what takes long once the page has been sent the rest; of one name only the last."""
+        waiting = name in self._later
+        self._later[name] = draw
+        if not waiting:
+            asyncio.get_running_loop().call_later(LATER_SECONDS, self._draw_later, name)
+
     def say(self, text: str, colour: str = "error") -> None:
         """Shows a message at the foot of the page."""
         with self.state:
@@ -216,6 +228,7 @@ class Inspector:
 
     def close(self) -> None:
         """Ends all work and frees what it held."""
+        self._closed = True
         self.jobs.close()
         for panel in self.panels.values():
             panel.close()
@@ -242,13 +255,23 @@ class Inspector:
         with self.state:
             for name in ("picture", "scene", self.view.panel):
                 if name in self.panels:
-                    try:
-                        self.panels[name].show()
-                    except Exception as error:  # a broken panel must not take the page with it
-                        log.exception("panel %s", name)
-                        self.say(f"{name}: {message_of(error)}")
+                    self._guarded(name, self.panels[name].show)
             self.state.panel, self.state.split = self.view.panel, self.view.split
             self.state.command_text, self.state.python_text = self.command(), self.python()
+
+    def _draw_later(self, name: str) -> None:
+        draw = self._later.pop(name)
+        if not self._closed:
+            with self.state:
+                self._guarded(name, draw)
+
+    def _guarded(self, name: str, draw: Callable[[], None]) -> None:
+        """Draws; what fails is told, and the rest of the page still shows."""
+        try:
+            draw()
+        except Exception as error:  # a broken panel must not take the page with it
+            log.exception("panel %s", name)
+            self.say(f"{name}: {message_of(error)}")
 
     def _set_up_state(self) -> None:
         self.state.trame__title = f"{self.workbench.scene.name} - many-lights laboratory"

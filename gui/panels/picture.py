@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,6 +20,7 @@ from lab import LabError
 from lab.reference import METHODS
 
 MOST_STOPS = 20.0
+KEPT_PICTURES = 4
 _DENSE = {"density": "compact", "hide_details": True, "variant": "outlined"}
 HELP = (
     ("1-9", "show that layer of the list"),
@@ -48,10 +50,10 @@ class PicturePanel(Panel):
     """The picture with its bar of choices, its legend and the numbers under the pointer."""
 
     _shown: Shown | None = None
-    _waiting = ""
 
     def build(self) -> None:
         """Choices above, the picture, legend and numbers below."""
+        self._drawn: dict[Hashable, tuple[LayerPicture, str]] = {}
         state = self.state
         state.layer_items, state.other_items, state.source_items = [], [], []
         state.picture_a = state.picture_b = state.title_a = state.title_b = state.hovered = state.compare_note = ""
@@ -131,17 +133,25 @@ class PicturePanel(Panel):
         view, layer = self.app.view, find_layer(name)
         colour_map = None if layer.kind == SIGNED else view.colour_map
         usual = layer.colour_map != "heat" and view.colour_map == "heat"
-        return layer_picture(
-            layers, name, exposure=self.app.exposure, colour_map=None if usual else colour_map, log=view.log_scale
-        )
+        colours = None if usual else colour_map
+        key = layers, name, self.app.exposure, colours, view.log_scale
+        if key not in self._drawn:
+            shown = layer_picture(layers, name, exposure=self.app.exposure, colour_map=colours, log=view.log_scale)
+            self._drawn[key] = shown, data_url(shown.pixels)
+            while len(self._drawn) > KEPT_PICTURES:
+                self._drawn.pop(next(iter(self._drawn)))
+        return self._drawn[key][0]
+
+    def _url(self, shown: LayerPicture) -> str:
+        return next((url for drawn, url in self._drawn.values() if drawn is shown), "") or data_url(shown.pixels)
 
     def _send(self, layer: str) -> None:
         state, view, shown = self.state, self.app.view, self._shown
         if shown is None:
             return
         diff = shown.difference
-        state.picture_a = data_url(diff.pixels if diff else shown.a.pixels)
-        state.picture_b = data_url(shown.b.pixels) if shown.b else ""
+        state.picture_a = data_url(diff.pixels) if diff else self._url(shown.a)
+        state.picture_b = self._url(shown.b) if shown.b else ""
         state.title_a = "A - B" if diff else shown.a.layer.title
         state.title_b = f"{TITLES[view.other_source]}: {shown.b.layer.title}" if shown.b else ""
         state.legend = (diff.legend if diff else shown.a.legend).to_dict()

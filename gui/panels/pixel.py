@@ -24,6 +24,7 @@ class PixelPanel(Panel):
     """A table of lights in the middle; what the pixel is at the left; samples, exact values, blame at the right."""
 
     _of: tuple[Frame, tuple[int, int]] | None = None
+    _key: tuple[object, ...] = ()
     _trials: PickTrials | None = None
     _exact: ExactShadow | None = None
     _account: Account | None = None
@@ -50,6 +51,10 @@ class PixelPanel(Panel):
         of = self.app.frame, self.app.pixel
         if self._of is None or self._of[0] is not of[0] or self._of[1] != of[1]:
             self._of, self._trials, self._exact, self._account = of, None, None, None
+        key = *of, self._trials, self._exact, self._account, state.pixel_order
+        if key == self._key:
+            return
+        self._key = key
         lights = probe.lights.sorted()
         if state.pixel_order == "level":
             order = sorted(range(len(lights)), key=lambda row: int(lights.level[row]))
@@ -62,7 +67,7 @@ class PixelPanel(Panel):
         )
         state.pixel_summary = summary(probe, self._exact, self._trials)
         state.pixel_picks = picks_text(probe)
-        self._show_tab(probe)
+        self.app.later("pixel", lambda: self._show_tab(probe))
 
     def _show_tab(self, probe: Probe) -> None:
         state, frame = self.state, self.app.frame

@@ -26,6 +26,7 @@ class ScenePanel(Panel):
 
     _view: SceneView | None = None
     _widget: Any = None
+    _changed = False
     _pressed: tuple[int, int] | None = None
 
     def build(self) -> None:
@@ -71,8 +72,9 @@ class ScenePanel(Panel):
         if app.frame is not None:
             self._show_lights()
             self._show_pixel()
-        if self._widget is not None:
-            self._widget.update()
+        if self._changed and self._widget is not None:
+            self._changed = False
+            self.app.later("scene", self._widget.update)
 
     def _show_lights(self) -> None:
         app, view, state = self.app, self.app.view, self.state
@@ -131,7 +133,7 @@ class ScenePanel(Panel):
     def _part(self, name: str, key: Hashable, draw: Callable[[], None]) -> None:
         if name not in self._drawn or self._drawn[name] != key:
             draw()
-            self._drawn[name] = key
+            self._drawn[name], self._changed = key, True
 
     def _look(self) -> None:
         numbers = self.app.view.scene_camera
@@ -218,6 +220,7 @@ class ScenePanel(Panel):
         else:
             app.say(f"no {where} is selected to fly to", "info")
             return
+        self._changed = True
         self._settle()
 
     # --- widgets ------------------------------------------------------------------------------------
