@@ -117,7 +117,7 @@ def account_table(found: Account) -> Table:
     total = found.frame - found.truth
     return heads, [
         ["all lights", "", "", "", "", "", _lightness(rest)],
-        ["held twice or not at all", "", "", "", "", "", _lightness(found.remainder)],
+        ["held by none", "", "", "", "", "", _lightness(found.remainder)],
         ["from other tiles", "", "", "", "", "", _lightness(found.recombination)],
         ["frame - truth", "", "", "", _lightness(found.frame), _lightness(found.truth), _lightness(total)],
         *rows,

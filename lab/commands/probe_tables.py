@@ -92,21 +92,8 @@ def _levels(probe: Probe) -> Table:
 def _lights(probe: Probe, top: int, trials: PickTrials | None, exact: ExactShadow | None) -> Table:
     ranked = probe.lights.sorted()
     shown = min(top, len(ranked))
-    columns = [
-        "light",
-        "level",
-        "distance",
-        "B",
-        "cosine",
-        "emission",
-        "G",
-        "x",
-        "irradiance",
-        "share",
-        "sum",
-        "f",
-        "p",
-    ]
+    columns = ["light", "level", "distance", "B", "cosine", "emission", "G", "x"]
+    columns += ["irradiance", "share", "sum", "f", "p"]
     if trials is not None:
         columns += ["picked", "expected", "seen"]
     if exact is not None:
@@ -198,16 +185,15 @@ def _print_account(console: Console, accounted: Account, top: int) -> None:
     )
     shown = min(top, len(accounted.index))
     title = f"who answers for it, {shown} of {len(accounted.index)}"
-    names = "light", "level", "B", "x", "sends", "shadowed", "by its own rays", "stands for", "difference"
+    names = "light", "level", "B", "sends", "shadowed", "by its own rays", "stands for", "difference"
     table = _table(title, *names)
     columns = [luminance(column) for column in _account_columns(accounted)]
     for i in range(shown):
         values = [f"{column[i]:.4g}" for column in columns[:-1]]
         head = str(accounted.index[i]), str(accounted.level[i])
-        weights = f"{accounted.blend_weight[i]:.3g}", f"{accounted.scale[i]:.3g}"
-        table.add_row(*head, *weights, *values, f"{columns[-1][i]:+.4g}")
+        table.add_row(*head, f"{accounted.blend_weight[i]:.3g}", *values, f"{columns[-1][i]:+.4g}")
     for name, value in (("held by none", accounted.remainder), ("recombination", accounted.recombination)):
-        table.add_row(name, *[""] * 7, f"{float(luminance(value)):+.4g}")
+        table.add_row(name, *[""] * 6, f"{float(luminance(value)):+.4g}")
     console.print(table)
 
 

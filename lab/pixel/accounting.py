@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,17 +26,17 @@ class Account:
     *frame* is its unshadowed irradiance times its shadow ratio R (what ``compensation`` brings back left out).
 
     Grid light i holds the share w_ij of input light j's flux (its trilinear weights, through the level-1 lights where
-    levels are gathered), and is blended in with B_i, times n^2 where interleaving deals it to the pixel's tile: the
-    pixel holds j h_j = sum_i B_i n_i^2 w_ij times. Blend weights go by the distances of grid lights, not of their
-    members, so that h_j is 1 on no more than average; near coarse lights it is 2 and more. T_j is divided among the
-    lights that hold j, in proportion to how much of it: i stands for sum_j T_j B_i n_i^2 w_ij / max(1, h_j), and what
-    of T_j is held by none, max(0, 1 - h_j), is the *remainder*. What i sends in the frame is c_i R; the *recombination*
-    is what comes from neighbouring interleaving tiles, and rounding. So
+    levels are gathered), and is blended in with B_i: the pixel holds j h_j = sum_i B_i w_ij times. Blend weights go by
+    the distances of grid lights, not of their members, so that h_j is 1 on no more than average; near coarse lights it
+    is 2 and more. T_j is divided among the lights that hold j, in proportion to how much of it: i stands for
+    sum_j T_j B_i w_ij / max(1, h_j), and what of T_j is held by none, max(0, 1 - h_j), is the *remainder*. What i sends
+    in the frame is c_i R. With interleaving, lights of all tiles are taken, each counted once; the *recombination* is
+    what tiles and their recombining make of it (and, without them, rounding). So
 
         sum of all `difference` + remainder + recombination = frame - truth.
 
     Attributes:
-        index, level, blend_weight, scale: (n,) lights that send something, or stand for something; ascending.
+        index, level, blend_weight: (n,) lights that send something, or stand for something; ascending.
         sent: (n, 3) unshadowed irradiance c_i.    shadowed: (n, 3) c_i times the frame's own, filtered ratio R.
         shadowed_alone: (n, 3) c_i times the light's own ratio, from every ray (see :class:`ExactShadow`): without
             noise, and without the shadow of other lights.
@@ -51,7 +51,6 @@ class Account:
     index: NDArray[np.int64]
     level: NDArray[np.int32]
     blend_weight: Doubles
-    scale: Doubles
     sent: Doubles
     shadowed: Doubles
     shadowed_alone: Doubles
@@ -73,7 +72,7 @@ class Account:
 
 
 _PER_LIGHT = frozenset(
-    ["index", "level", "blend_weight", "scale", "sent", "shadowed", "shadowed_alone", "stands_for", "difference"]
+    ["index", "level", "blend_weight", "sent", "shadowed", "shadowed_alone", "stands_for", "difference"]
 )
 
 
@@ -82,6 +81,7 @@ def account(engine: CpuEngine, frame: Frame, x: int, y: int, *, points: int = 25
 
     Errors: :class:`LabError` for a pixel outside of the image.
     """
+    frame = replace(frame, params=frame.params.replace(interleave=1))  # the lights of all tiles
     probe = probe_pixel(engine, frame, x, y)
     hierarchy = frame.hierarchy
     inputs = InputLights(engine, frame, probe.x, probe.y)
@@ -93,9 +93,9 @@ def account(engine: CpuEngine, frame: Frame, x: int, y: int, *, points: int = 25
     truth = received.sum(axis=0)
     # Shadow points are drawn by these very shares of flux, times luminance.
     bright = np.asarray(luminance(hierarchy.flux.astype(np.float64)), np.float64)
-    blend, scale = found["blend_weight"].astype(np.float64), found["scale"].astype(np.float64)
+    blend = found["blend_weight"].astype(np.float64)
     holding = np.zeros(len(bright))
-    holding[index] = blend * scale * bright[index]
+    holding[index] = blend * bright[index]
     whole = with_members(hierarchy, frame.params)
     own = np.where(bright[: len(received)] > 0, bright[: len(received)], np.inf)
     held = _core.member_sums(whole, holding) / own
@@ -120,7 +120,6 @@ def account(engine: CpuEngine, frame: Frame, x: int, y: int, *, points: int = 25
         index=index[kept],
         level=found["level"][kept],
         blend_weight=blend[kept],
-        scale=scale[kept],
         sent=contribution[kept],
         shadowed=shadowed[kept],
         shadowed_alone=alone[kept],

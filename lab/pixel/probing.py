@@ -91,7 +91,8 @@ _COLUMNS = (
 def pixel_of(size: tuple[int, int], x: int, y: int) -> tuple[int, int]:
     """(x, y) as whole numbers inside an image of `size` = (width, height), or a :class:`LabError`."""
     width, height = size
-    if int(x) != x or int(y) != y or not (0 <= x < width and 0 <= y < height):
+    whole = float(x).is_integer() and float(y).is_integer()
+    if not whole or not (0 <= x < width and 0 <= y < height):
         raise LabError(
             f"pixel {x},{y}: lies outside of the image of {width}x{height}; x goes from 0 to {width - 1}, "
             f"y from 0 (top) to {height - 1}"

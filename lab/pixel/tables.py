@@ -39,9 +39,9 @@ def plain(value: Any) -> Any:
     if dataclasses.is_dataclass(value):
         return {field.name: plain(getattr(value, field.name)) for field in dataclasses.fields(value)}
     if isinstance(value, np.ndarray | np.generic):
-        # A float32 is written with its own digits, not with those of the double nearest to it.
-        kept = value if value.dtype != np.float32 else np.vectorize(lambda v: float(str(v)), otypes=[float])(value)
-        return plain(kept.tolist())
+        if value.dtype == np.float32:  # its own digits, not those of the double nearest to it
+            value = np.array([float(str(number)) for number in value.ravel()]).reshape(value.shape)
+        return plain(value.tolist())
     if isinstance(value, list | tuple):
         return [plain(item) for item in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
