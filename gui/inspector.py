@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import logging
 import math
+import time
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, TypeVar
@@ -30,6 +31,7 @@ from lab.report import export_metadata
 T = TypeVar("T")
 
 LATER_SECONDS = 0.02
+TELL_SECONDS = 0.25
 
 log = logging.getLogger("lab.inspect")
 
@@ -53,6 +55,7 @@ class Inspector:
         self._probe: tuple[Frame, tuple[int, int], Probe] | None = None
         self._later: dict[str, Callable[[], None]] = {}
         self._closed = False
+        self._told = 0.0
         self.params = ParamsPanel(self)
         self._set_up_state()
         self.panels = make_panels(self)
@@ -282,6 +285,11 @@ class Inspector:
         self.state.command_text, self.state.python_text = "", ""
 
     def _job_changed(self, job: Job | None) -> None:
+        # Every word makes the browser look through the whole page: stages of a few milliseconds are not told.
+        now = time.monotonic()
+        if job is not None and self.state.busy and now - self._told < TELL_SECONDS:
+            return
+        self._told = now
         with self.state:
             self.state.busy = "" if job is None else (job.stage or job.name)
 

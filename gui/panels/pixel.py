@@ -51,7 +51,7 @@ class PixelPanel(Panel):
         of = self.app.frame, self.app.pixel
         if self._of is None or self._of[0] is not of[0] or self._of[1] != of[1]:
             self._of, self._trials, self._exact, self._account = of, None, None, None
-        key = *of, self._trials, self._exact, self._account, state.pixel_order
+        key = *map(id, (of[0], self._trials, self._exact, self._account)), of[1], state.pixel_order
         if key == self._key:
             return
         self._key = key

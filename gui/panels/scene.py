@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Callable, Hashable
 from typing import Any
 
@@ -19,6 +20,7 @@ from lab.scene.scene import Camera
 
 _DENSE = {"density": "compact", "hide_details": True, "variant": "outlined"}
 _CLICK_PX = 4
+ENCODING_SECONDS = (0.03, 0.08, 0.2)
 
 
 class ScenePanel(Panel):
@@ -74,7 +76,24 @@ class ScenePanel(Panel):
             self._show_pixel()
         if self._changed and self._widget is not None:
             self._changed = False
-            self.app.later("scene", self._widget.update)
+            self.app.later("scene", self._push)
+
+    def _push(self) -> None:
+        """Draws the view and sends it. It is encoded beside the event loop: asked for now, the last image comes."""
+        server = self.app.server
+        if server.protocol is None:
+            return
+        self._widget.update()
+        protocol, _ = server.protocol.getRPCMethod("viewport.image.push")
+        name = str(protocol.get_global_id(self.view.plotter.render_window))
+
+        def ask() -> None:
+            # The library itself asks again after half a second.
+            if self._view is not None and protocol.stale_handler_count.get(name, 0) > 0:
+                protocol.push_render(name)
+
+        for seconds in ENCODING_SECONDS:
+            asyncio.get_running_loop().call_later(seconds, ask)
 
     def _show_lights(self) -> None:
         app, view, state = self.app, self.app.view, self.state
