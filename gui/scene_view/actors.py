@@ -7,13 +7,15 @@ from typing import Any
 import numpy as np
 import pyvista
 from numpy.typing import ArrayLike, NDArray
-from vtkmodules.vtkRenderingCore import vtkActor, vtkMapper, vtkPolyDataMapper
+from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
 
 from gui.scene_view.colours import Bytes, Rgb
 from gui.scene_view.legend import Block
 
-# Surfaces are drawn a few pixels of slope behind where they are, so that lights that lie on them are seen whole.
-_BEHIND = 6.0
+# Flat points come 0.6 % nearer to the eye, so that those on a surface are seen whole. (VTK's own means for this,
+# polygon offset, hides points drawn as spheres.)
+_FIRST = "//VTK::PositionVC::Impl\n  gl_Position.z = -0.999 * gl_Position.w;\n"
+_NEARER = "//VTK::PositionVC::Impl\n  gl_Position.z -= 0.006 * (gl_Position.w - gl_Position.z);\n"
 
 
 class Part:
@@ -43,9 +45,17 @@ class Part:
 
 
 def points_actor(
-    position: NDArray[np.float32], colours: Bytes | Rgb, size_px: float, *, spheres: bool = True
+    position: NDArray[np.float32],
+    colours: Bytes | Rgb,
+    size_px: float,
+    *,
+    spheres: bool = True,
+    through: bool = False,
 ) -> vtkActor:
-    """(n, 3) points of one size, each of its own (n, 3) colour or all of one."""
+    """(n, 3) points of one size, each of its own (n, 3) colour or all of one.
+
+    With `through`, flat ones are seen through whatever is before them.
+    """
     actor = _actor(pyvista.PolyData(np.asarray(position, np.float32)), colours)
     look = actor.GetProperty()
     look.SetRepresentationToPoints()
@@ -54,11 +64,20 @@ def points_actor(
     look.SetLighting(spheres)
     look.SetAmbient(0.45)
     look.SetDiffuse(0.65)
+    if through:
+        _put_first(actor)
+    elif not spheres:
+        actor.GetShaderProperty().AddVertexShaderReplacement("//VTK::PositionVC::Impl", True, _NEARER, False)
     return actor
 
 
-def lines_actor(ends: NDArray[np.floating], colours: Bytes | Rgb, width_px: float = 1.0) -> vtkActor:
-    """(n, 2, 3) line segments, each of its own (n, 3) colour or all of one."""
+def lines_actor(
+    ends: NDArray[np.floating], colours: Bytes | Rgb, width_px: float = 1.0, *, through: bool = False
+) -> vtkActor:
+    """(n, 2, 3) line segments, each of its own (n, 3) colour or all of one.
+
+    With `through` they are seen, faintly, through whatever is before them.
+    """
     points = np.ascontiguousarray(ends, np.float32).reshape(-1, 3)
     pairs = np.arange(len(points)).reshape(-1, 2)
     lines = np.column_stack([np.full(len(pairs), 2), pairs])
@@ -67,6 +86,9 @@ def lines_actor(ends: NDArray[np.floating], colours: Bytes | Rgb, width_px: floa
     actor = _actor(pyvista.PolyData(points, lines=lines.ravel()), colours)
     actor.GetProperty().SetLineWidth(width_px)
     actor.GetProperty().SetLighting(False)
+    if through:
+        actor.GetProperty().SetOpacity(0.3)
+        _put_first(actor)
     return actor
 
 
@@ -114,10 +136,8 @@ def circles(centre: ArrayLike, radius: float, steps: int = 72) -> NDArray[np.flo
     return np.asarray(np.concatenate(rounds) * radius + np.asarray(centre, np.float64))
 
 
-def set_behind(mapper: vtkMapper) -> None:
-    """Draws the surface of `mapper` behind the points and lines that lie on it."""
-    vtkMapper.SetResolveCoincidentTopologyToPolygonOffset()
-    mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(_BEHIND, _BEHIND)
+def _put_first(actor: vtkActor) -> None:
+    actor.GetShaderProperty().AddVertexShaderReplacement("//VTK::PositionVC::Impl", True, _FIRST, False)
 
 
 def _actor(data: pyvista.PolyData, colours: Bytes | Rgb) -> vtkActor:

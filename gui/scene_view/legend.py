@@ -17,7 +17,8 @@ from lab.figure import font
 
 _LINE, _EDGE, _SWATCH, _GAP = 17, 8, 10, 9
 _BAR_WIDTH, _BAR_HEIGHT = 168, 9
-_CORNER = 8  # from the window's lower left
+_TAB = 58
+_CORNER = 8  # from the window's edges
 _SIZE = 12
 _PAPER = (*BACKGROUND, 205)
 
@@ -33,7 +34,10 @@ class Bar:
 
 @dataclass(frozen=True)
 class Block:
-    """What the legend says of one part: a title, rows of a colour (None: indented text) and what it means, a scale."""
+    """What the legend says of one part: a title, rows of a colour (None: no mark) and what it means, a scale.
+
+    A tab in a row's text begins a second column.
+    """
 
     title: str
     rows: Sequence[tuple[Rgb | None, str]] = ()
@@ -77,7 +81,9 @@ def _draw_column(blocks: Sequence[Block]) -> Image.Image:
             if colour is not None:
                 mark = (_EDGE, top + (_LINE - _SWATCH) / 2, _EDGE + _SWATCH, top + (_LINE + _SWATCH) / 2)
                 draw.rounded_rectangle(mark, radius=3, fill=colour)
-            draw.text((_EDGE + _SWATCH + 7, top + _LINE / 2), text, fill=QUIET, font=letters, anchor="lm")
+            for column, words in enumerate(text.split("\t")):
+                at = _EDGE + _SWATCH + 7 + column * _TAB, top + _LINE / 2
+                draw.text(at, words, fill=QUIET, font=letters, anchor="lm")
         if block.bar:
             _draw_scale(picture, block.bar, y + _LINE * (1 + len(block.rows)), letters)
         y += block.height + _GAP
@@ -85,7 +91,8 @@ def _draw_column(blocks: Sequence[Block]) -> Image.Image:
 
 
 def _width(block: Block, letters: Any) -> float:
-    rows = [letters.getlength(text) + _SWATCH + 7 for _, text in block.rows]
+    texts = [text.split("\t") for _, text in block.rows]
+    rows = [letters.getlength(words[-1]) + _SWATCH + 7 + (len(words) - 1) * _TAB for words in texts]
     scale = [_BAR_WIDTH + 30, letters.getlength(block.bar.title)] if block.bar else []
     return float(max(letters.getlength(block.title), *rows, *scale, 0))
 
@@ -103,10 +110,10 @@ def _draw_scale(picture: Image.Image, bar: Bar, y: int, letters: Any) -> None:
 
 
 class Legend:
-    """The picture of :func:`draw_legend` in the lower left corner of a window."""
+    """The picture of :func:`draw_legend` at the left edge of a window, at its lower or its upper end."""
 
-    def __init__(self, renderer: Any) -> None:
-        self._renderer = renderer
+    def __init__(self, renderer: Any, *, upper: bool = False) -> None:
+        self._renderer, self._upper = renderer, upper
         self._actor: Any = None
 
     def show(self, blocks: Sequence[Block], window_height: int) -> None:
@@ -116,13 +123,17 @@ class Legend:
             return
         pixels = draw_legend(blocks, window_height - 2 * _CORNER)
         height, width = pixels.shape[:2]
-        low, right, top = float(_CORNER), float(_CORNER + width), float(_CORNER + height)
-        corners = np.array([[low, low, 0], [right, low, 0], [right, top, 0], [low, top, 0]], np.float32)
-        quad = pyvista.PolyData(corners, faces=np.array([4, 0, 1, 2, 3]))
+        left, right = float(_CORNER), float(_CORNER + width)
+        low = -float(_CORNER + height) if self._upper else float(_CORNER)
+        corners = np.array([[left, low, 0], [right, low, 0], [right, low + height, 0], [left, low + height, 0]])
+        quad = pyvista.PolyData(corners.astype(np.float32), faces=np.array([4, 0, 1, 2, 3]))
         quad.active_texture_coordinates = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
         mapper, self._actor = vtkPolyDataMapper2D(), vtkTexturedActor2D()
         mapper.SetInputData(quad)
         self._actor.SetMapper(mapper)
+        origin = self._actor.GetPositionCoordinate()
+        origin.SetCoordinateSystemToNormalizedViewport()
+        origin.SetValue(0, 1 if self._upper else 0)
         texture: Any = pyvista.Texture(np.ascontiguousarray(pixels))  # type: ignore[no-untyped-call]
         texture.SetInterpolate(False)
         self._actor.SetTexture(texture)

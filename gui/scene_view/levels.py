@@ -36,6 +36,7 @@ class LevelsPart(Part):
         self._levels: list[int] = []
         self._size, self._moving = 1.0, False
         self._flux: NDArray[np.floating] = np.empty(0)
+        self._deviation: NDArray[np.floating] = np.empty(0)
         self._scale: tuple[float, float] = (0.0, 1.0)
 
     @property
@@ -57,13 +58,12 @@ class LevelsPart(Part):
             raise LabError(f"levels {wrong}: this hierarchy has levels 0 to {hierarchy.top}")
         if size <= 0:
             raise LabError(f"size={size}: allowed is > 0")
-        if hierarchy is not self._hierarchy or colour_by != self._colour_by:
+        if hierarchy is not self._hierarchy:
+            self._flux, self._deviation = np.asarray(luminance(hierarchy.flux)), relative_deviation(hierarchy)
+        scale = _scale_of(colour_by, self._values(hierarchy, levels, colour_by))
+        if hierarchy is not self._hierarchy or (colour_by, scale) != (self._colour_by, self._scale):
             self.clear()
-            if hierarchy is not self._hierarchy:
-                self._flux = np.asarray(luminance(hierarchy.flux))
-            self._hierarchy, self._colour_by = hierarchy, colour_by
-            self._values = relative_deviation(hierarchy) if colour_by == "deviation" else self._flux
-            self._scale = _scale_of(self._values, logarithmic=colour_by == "flux")
+        self._hierarchy, self._colour_by, self._scale = hierarchy, colour_by, scale
         self._levels, self._size = sorted(levels), size
         for level in self._levels:
             if level not in self._clouds:
@@ -102,10 +102,14 @@ class LevelsPart(Part):
         if self._colour_by == "level":
             return np.tile(np.asarray(LEVELS[level], np.uint8), (rows.stop - rows.start, 1))
         low, high = self._scale
-        values = self._values[rows]
-        if self._colour_by == "flux":
-            values = np.log10(np.maximum(values, 1e-30))
+        values = self._deviation[rows] if self._colour_by == "deviation" else _log(self._flux[rows])
         return ramp_colours((values - low) / (high - low))
+
+    def _values(self, hierarchy: Hierarchy, levels: Collection[int], colour_by: str) -> NDArray[np.floating]:
+        """What the colours of `levels` stand for."""
+        values = self._deviation if colour_by == "deviation" else self._flux
+        parts = [values[slice(*hierarchy.offset[level : level + 2])] for level in levels]
+        return np.concatenate(parts) if parts else values[:0]
 
     def _legend(self, hierarchy: Hierarchy) -> Block | None:
         if not self._levels:
@@ -132,12 +136,15 @@ def _level_name(level: int, top: int) -> str:
     return f"level {level}" + (" (input)" if level == 0 else " (top)" if level == top else "")
 
 
-def _scale_of(values: NDArray[np.floating], *, logarithmic: bool) -> tuple[float, float]:
-    """Both ends of a colour scale; of the logarithm without the dimmest hundredth, which may reach far down."""
-    if not logarithmic:
-        return 0.0, max(float(values.max()), 0.01)
-    lit = values[values > 0]
-    if not lit.size:
+def _log(flux: NDArray[np.floating]) -> NDArray[np.floating]:
+    return np.asarray(np.log10(np.maximum(flux, 1e-30)))
+
+
+def _scale_of(colour_by: str, values: NDArray[np.floating]) -> tuple[float, float]:
+    """Both ends of a colour scale; of flux in powers of ten, without the dimmest hundredth, which reaches far down."""
+    if colour_by == "level" or not values.size:
         return 0.0, 1.0
-    low, high = math.log10(float(np.quantile(lit, 0.01))), math.log10(float(lit.max()))
+    if colour_by == "deviation":
+        return 0.0, max(float(values.max()), 0.01)
+    low, high = float(_log(np.quantile(values, 0.01))), float(_log(values.max()))
     return (low, high) if high - low > 1 else (high - 1, high)

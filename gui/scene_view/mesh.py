@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from PIL import Image
 from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
 
-from gui.scene_view.actors import Part, faces_of, set_behind
+from gui.scene_view.actors import Part, faces_of
 from gui.scene_view.colours import Bytes
 from lab import LabError
 from lab.colour import srgb_encode
@@ -22,7 +22,7 @@ from lab.scene.textures import mean_colour
 STYLES = ("textured", "grey", "albedo", "none")
 
 _SHARPEST = 256  # texels; finer ones flicker without mipmaps, which cost three times the rest of the drawing
-_GREY = 0.52  # display value of the grey mesh
+_GREY = 0.55  # display value of the grey mesh
 
 # A texel under the cutoff is a hole. Textures come with 0 or 255 as alpha; `opacity` is the actor's.
 _HOLES = "//VTK::TCoord::Impl\n  if (gl_FragData[0].a < 0.5 * opacity) discard;\n"
@@ -95,7 +95,6 @@ def _actor(surface: _Surface, style: str, plain: bool) -> vtkActor:
     mapper.SetScalarModeToUsePointFieldData()
     mapper.SelectColorArray(colours)
     mapper.SetColorModeToDirectScalars()
-    set_behind(mapper)
     actor.SetMapper(mapper)
     actor.GetProperty().SetLighting(False)
     if texture is not None:
@@ -150,7 +149,7 @@ def _surface(scene: Scene, material: Material, meshes: list[Mesh]) -> _Surface:
 def _light(normal: NDArray[np.floating]) -> NDArray[np.floating]:
     """(n,) brightness of surfaces of (n, 3) `normal`: most from above, and walls that meet at a corner told apart."""
     x, y, z = normal.T
-    return np.asarray(0.66 + 0.13 * np.abs(x) + 0.19 * y + 0.03 * z)
+    return np.asarray(0.56 + 0.13 * np.abs(x) + 0.28 * y + 0.03 * z)
 
 
 def _textures(texels: Bytes, material: Material) -> tuple[pyvista.Texture, pyvista.Texture | None]:

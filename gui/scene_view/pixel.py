@@ -41,7 +41,7 @@ class RaysPart(Part):
         if len(free) != len(ends):
             raise LabError(f"rays: {len(ends)} targets and {len(free)} visibilities must agree")
         traced = np.ones(len(ends), bool) if picks is None else np.asarray(picks).ravel() >= 0
-        self.add(points_actor(start, SELECTED, 11))
+        self.add(points_actor(start, SELECTED, 9, spheres=False, through=True))
         rows: list[tuple[Rgb | None, str]] = [(SELECTED, "the pixel's point")]
         if normal is not None:
             tip = start + normal_length * as_rows("normal", np.asarray(normal)[None], 3)
@@ -52,6 +52,7 @@ class RaysPart(Part):
             if which.any():
                 rays = np.stack([np.broadcast_to(start, ends[which].shape), ends[which]], axis=1)
                 self.add(lines_actor(rays, colour, 2))
+                self.add(lines_actor(rays, colour, 2, through=True))
                 self.add(points_actor(ends[which], colour, 8))
         self.legend = Block("shadow rays", rows)
 

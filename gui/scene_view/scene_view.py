@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from typing import Any
+from dataclasses import replace
+from typing import Any, Literal
 
 import numpy as np
 import pyvista
@@ -18,7 +19,7 @@ from gui.scene_view.legend import Block, Legend
 from gui.scene_view.levels import LevelsPart
 from gui.scene_view.mesh import MeshPart
 from gui.scene_view.picking import MeshRays, nearest_light
-from gui.scene_view.pixel import FrustumPart, PixelLightsPart, RaysPart
+from gui.scene_view.pixel import FrustumPart, PixelLightsPart, RaysPart, camera_axes
 from gui.scene_view.selected import Members, SelectedPart
 from gui.scene_view.viewpoint import Viewpoint
 from lab import LabError
@@ -28,9 +29,10 @@ from lab.params import Params
 from lab.records import Hierarchy, Lights
 from lab.scene.scene import Camera, Scene
 
-Picked = tuple[str, int] | tuple[str, NDArray[np.float64]]
+Picked = tuple[Literal["light"], int] | tuple[Literal["surface"], NDArray[np.float64]]
 
 _WITHIN_PX = 6.0
+_SAMPLES = 4  # a pixel, for smooth edges; they cost as much again
 
 
 class SceneView:
@@ -70,6 +72,7 @@ class SceneView:
         renderer = plotter.renderer
         renderer.SetBackground(*(value / 255 for value in BACKGROUND))
         renderer.GradientBackgroundOff()
+        self._window = renderer.GetRenderWindow()
         low, high = scene.bounds
         self._radius = float(np.linalg.norm(high - low)) / 2
         self._mesh = MeshPart(renderer, scene)
@@ -80,7 +83,6 @@ class SceneView:
         self._legend, self._viewpoint = Legend(renderer), Viewpoint(renderer)
         self._mesh_rays = MeshRays(scene)
         self._hierarchy: Hierarchy | None = None
-        self._params = Params()
         self._closed = False
         self.look_from(scene.camera())
 
@@ -124,7 +126,7 @@ class SceneView:
             self._levels.clear()
         else:
             self._levels.show(hierarchy, levels, colour_by, size)
-        self._hierarchy = hierarchy
+            self._hierarchy = hierarchy
         self._changed()
 
     def show_cells(self, hierarchy: Hierarchy | None, level: int | None) -> str:
@@ -152,6 +154,7 @@ class SceneView:
             self._selected.clear()
         else:
             self._selected.show(hierarchy, index, params or Params(), members)
+            self._hierarchy = hierarchy
         self._changed()
 
     def show_rays(
@@ -183,8 +186,20 @@ class SceneView:
         self._changed()
 
     def look_from(self, camera: Camera) -> None:
-        """Sees what `camera` sees: same eye, same vertical angle of view."""
+        """Sees what `camera` sees: same eye, same vertical angle of view.
+
+        The view then turns about the surface in its middle, as that is where one looks at.
+        """
+        eye, ahead = np.asarray(camera.eye, np.float64), camera_axes(camera)[2:]
+        distance = float(self._mesh_rays.distances(eye[None], ahead)[0])
+        if np.isfinite(distance) and distance > 1e-3 * self._radius:
+            camera = replace(camera, target=tuple((eye + distance * ahead[0]).tolist()))
         self._viewpoint.camera = camera
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height in pixels."""
+        return self._viewpoint.size
 
     @property
     def camera(self) -> Camera:
@@ -200,7 +215,7 @@ class SceneView:
             return self.look_from(target)
         if isinstance(target, int | np.integer):
             if self._hierarchy is None:
-                raise LabError(f"fly_to({target}): no hierarchy is shown; show_levels first, or give a point")
+                raise LabError(f"fly_to({target}): no hierarchy has been shown; show_levels first, or give a point")
             level = level_of(self._hierarchy, int(target))
             radius = radius or 1.2 * float(self._hierarchy.cell_size[level])
             target = self._hierarchy.position[target]
@@ -209,7 +224,7 @@ class SceneView:
         before = self._viewpoint.camera
         distance = reach / np.sin(np.radians(min(before.fov_y_deg, 60.0) / 2))
         eye = self._free_place(point, distance, reach)
-        self.look_from(Camera("view", tuple(eye), tuple(point), before.up, before.fov_y_deg))
+        self._viewpoint.camera = Camera("view", tuple(eye), tuple(point), before.up, before.fov_y_deg)
         return None
 
     def _free_place(self, point: NDArray[np.float64], distance: float, reach: float) -> NDArray[np.float64]:
@@ -251,14 +266,15 @@ class SceneView:
         return int(rows[under[0]]) if under.size else None
 
     def set_moving(self, moving: bool) -> None:
-        """While the view moves, clouds are thinned out and the mesh is plainer."""
+        """While the view moves, clouds are thinned out, the mesh is plainer and edges are not smoothed."""
+        self._window.SetMultiSamples(0 if moving else _SAMPLES)
         for part in self._parts:
             part.set_moving(moving)
 
     def render(self) -> None:
         """Draws what has changed."""
         self._viewpoint.fit_planes()
-        self.plotter.renderer.GetRenderWindow().Render()
+        self._window.Render()
 
     def screenshot(self) -> NDArray[np.uint8]:
         """The view as (h, w, 3) sRGB bytes."""

@@ -35,11 +35,13 @@ class SelectedPart(Part):
         centre = hierarchy.position[index].astype(np.float64)
         reach = _REACH * float(hierarchy.cell_size[level])
         rows: list[tuple[Rgb | None, str]] = []
-        self.add(points_actor(hierarchy.position[index : index + 1], SELECTED, 15))
+        self.add(points_actor(hierarchy.position[index : index + 1], SELECTED, 9, spheres=False, through=True))
 
         sphere, triangles = ball()
         for name, radius in blend_shells(hierarchy, params, level).items():
-            self.add(lines_actor(circles(centre, radius), SHELLS[name], 1.5))
+            rounds = circles(centre, radius)
+            self.add(lines_actor(rounds, SHELLS[name], 1.5))
+            self.add(lines_actor(rounds, SHELLS[name], 1.0, through=True))
             self.add(surface_actor(centre + radius * sphere, triangles, SHELLS[name], 0.05))
             rows.append((SHELLS[name], f"blend radius {name} = {radius:.4g}"))
         deviation = hierarchy.deviation[index].astype(np.float64)
