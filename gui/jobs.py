@@ -61,6 +61,7 @@ class Jobs:
                 other.cancel()
         job = Job(name)
         self._jobs.append(job)
+        self._tell()
         job.task = asyncio.get_running_loop().create_task(self._run(job, work, done))
         return job
 

@@ -108,8 +108,10 @@
         }
       },
       key(event) {
-        const writing = event.target.closest && event.target.closest("input, textarea, [contenteditable]");
-        if (writing || event.ctrlKey || event.metaKey || event.altKey) return;
+        // Fields and menus have keys of their own; sliders and tabs have taken theirs before.
+        const own = "input:not([type=checkbox]), textarea, [contenteditable], [role=listbox]";
+        const taken = event.defaultPrevented || (event.target.closest && event.target.closest(own));
+        if (taken || event.ctrlKey || event.metaKey || event.altKey) return;
         const digit = /^Digit([1-9])$/.exec(event.code);
         if (digit) this.$emit("action", { name: event.shiftKey ? "other" : "layer", number: Number(digit[1]) });
         else if (event.code === "KeyF") this.fit();

@@ -1,0 +1,52 @@
+"""The server and the browser that the browser tests share."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+from playwright.sync_api import Browser, BrowserContext
+
+from .browser import PARAMS, SCENE, SIZE, WINDOW, Server, Tab, chromium, open_browser, play
+
+
+@pytest.fixture(scope="session")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    """One inspector for all tests: each puts it into the state that it needs."""
+    chromium()
+    size = "x".join(map(str, SIZE))
+    server = Server(
+        tmp_path_factory.mktemp("inspector"), [str(SCENE), "--size", size, "--set", f"vpls={PARAMS.vpls}"]
+    )
+    yield server
+    server.end()
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    """A browser. It ends with its module: while one is open, no other test could run an event loop of its own."""
+    chromium()
+    with play() as player:
+        browser = open_browser(player)
+        yield browser
+        browser.close()
+
+
+@pytest.fixture(scope="module")
+def window(browser: Browser) -> Iterator[BrowserContext]:
+    """Tabs of one window share what they have loaded."""
+    context = browser.new_context(viewport=WINDOW, accept_downloads=True)
+    context.grant_permissions(["clipboard-read", "clipboard-write"])
+    yield context
+    context.close()
+
+
+@pytest.fixture
+def tab(server: Server, window: BrowserContext) -> Iterator[Tab]:
+    """A fresh tab with the inspector in its first state. What browser or server complain of fails the test."""
+    before = server.complaints()
+    tab = Tab(window.new_page(), server)
+    tab.begin()
+    yield tab
+    tab.close()
+    assert server.complaints() == before
