@@ -67,6 +67,7 @@ class ScenePanel(Panel):
             view.colour_by,
         )
         self._part("mesh", (view.mesh, view.opacity), lambda: self.view.show_mesh(view.mesh, view.opacity))
+        self._part("legend", view.legend, lambda: self.view.show_legend(view.legend))
         camera = app.workbench.camera_of(app.workbench.settings.camera)
         size = app.workbench.settings.size
         self._part("frustum", (camera, size), lambda: self.view.show_frustum(camera, size))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from gui.level_colours import LEVEL_COLOURS, rgb
 from lab.colour import HEAT
 
 Rgb = tuple[int, int, int]
@@ -24,11 +25,8 @@ DEVIATION: Rgb = (72, 200, 200)
 CAMERA: Rgb = (170, 190, 235)
 SHELLS: dict[str, Rgb] = {"r/2": (96, 150, 250), "r": (230, 230, 235), "2r": (232, 150, 96)}
 
-LEVELS: tuple[Rgb, ...] = (
-    (138, 160, 184), (79, 141, 245), (53, 195, 232), (47, 208, 143), (165, 216, 59), (242, 209, 59), (245, 154, 59),
-    (238, 93, 80), (232, 95, 168), (185, 117, 240), (143, 134, 255), (217, 179, 140), (255, 255, 255),
-)  # fmt: skip
-"""One a level, the finest first; there are at most 12 grids and the input lights."""
+LEVELS: tuple[Rgb, ...] = tuple(rgb(colour) for colour in LEVEL_COLOURS)
+"""One a level, the finest first; as in pictures and plots."""
 
 RAMP: Bytes = HEAT[80:]
 """(n, 3): the heatmaps' colours without the darkest, which the background would swallow."""

@@ -84,6 +84,9 @@ class SceneView:
         self._mesh_rays = MeshRays(scene)
         self._hierarchy: Hierarchy | None = None
         self._closed = False
+        self._with_legend = True
+        # Otherwise the first picture would be taken from where pyvista thinks best.
+        plotter.renderer.camera_set = True
         self.look_from(scene.camera())
 
     @property
@@ -183,6 +186,11 @@ class SceneView:
     def show_frustum(self, camera: Camera | None, size: tuple[int, int] = (16, 9)) -> None:
         """The cone of sight of `camera` for a picture of `size` = (width, height)."""
         self._frustum.show(camera, size, 0.12 * self._radius)
+        self._changed()
+
+    def show_legend(self, shown: bool) -> None:
+        """Whether what is shown is explained in a corner."""
+        self._with_legend = shown
         self._changed()
 
     def look_from(self, camera: Camera) -> None:
@@ -296,5 +304,6 @@ class SceneView:
         self._closed = True
 
     def _changed(self) -> None:
-        self._legend.show([part.legend for part in self._parts if part.legend], self._viewpoint.size[1])
+        blocks = [part.legend for part in self._parts if part.legend] if self._with_legend else []
+        self._legend.show(blocks, self._viewpoint.size[1])
         self._viewpoint.fit_planes()

@@ -33,7 +33,11 @@ def run(args: argparse.Namespace) -> None:
 
     from gui.display import use_software_display
 
-    if not args.window:
+    if args.window:
+        from gui.scene_view.window import check_display
+
+        check_display()
+    else:
         use_software_display()
     view, request = _view(args)
 
@@ -44,7 +48,9 @@ def run(args: argparse.Namespace) -> None:
         tell("loading")
         workbench = Workbench(view, request.threads)
     try:
-        if folder is not None:
+        if args.window:
+            _window(workbench, request.quiet)
+        elif folder is not None:
             _screenshots(folder, workbench, view, request.quiet)
         else:
             _open(args, workbench, view, port)
@@ -65,6 +71,14 @@ def _screenshots(folder: Path, workbench: Workbench, view: ViewState, quiet: boo
         written = write_screenshots(folder, workbench, view, tell)
     if not quiet:
         print(f"wrote {len(written)} views to {folder}")  # noqa: T201
+
+
+def _window(workbench: Workbench, quiet: bool) -> None:
+    from gui.scene_view.window import run_window
+
+    with progress(quiet) as tell:
+        frame = workbench.render(workbench.settings, tell)
+    run_window(workbench.scene, frame)
 
 
 def _open(args: argparse.Namespace, workbench: Workbench, view: ViewState, port: int | None) -> None:

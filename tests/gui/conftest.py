@@ -15,9 +15,7 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     """One inspector for all tests: each puts it into the state that it needs."""
     chromium()
     size = "x".join(map(str, SIZE))
-    server = Server(
-        tmp_path_factory.mktemp("inspector"), [str(SCENE), "--size", size, "--set", f"vpls={PARAMS.vpls}"]
-    )
+    server = Server(tmp_path_factory.mktemp("inspector"), [str(SCENE), "--size", size, "--set", f"vpls={PARAMS.vpls}"])
     yield server
     server.end()
 

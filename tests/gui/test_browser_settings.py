@@ -67,7 +67,9 @@ def test_every_kind_of_field_renders(tab: Tab) -> None:
     tab.choose("#preset", "paper")
     tab.until(lambda: tab.table("#overdraw-table"), lambda rows: rows == overdraw_rows_of_preset("paper"))
     tab.write("#size", "64x36")
-    tab.until(lambda: tab.find(".lab-image-a").evaluate("e => [e.naturalWidth, e.naturalHeight]"), lambda s: s == [64, 36])
+    tab.until(
+        lambda: tab.find(".lab-image-a").evaluate("e => [e.naturalWidth, e.naturalHeight]"), lambda s: s == [64, 36]
+    )
     tab.click("#undo")
     tab.click("#undo")
     tab.until(lambda: tab.value("#preset"), lambda name: name == "ours")
@@ -112,7 +114,7 @@ def test_the_frame_is_copied_as_a_command_and_as_python(tab: Tab) -> None:
     bench.close()
     assert re.search(r"--set .*alpha=1.75", expected["command"]) and "alpha=1.75" in expected["python"]
     for name, text in expected.items():
-        tab.until(lambda name=name: tab.text(f"#code-{name}"), lambda said, text=text: said.strip() == text.strip())  # type: ignore[misc]
+        tab.until(lambda name=name: tab.text(f"#code-{name}"), lambda said, text=text: said.strip() == text.strip())
         tab.click(f"#copy-{name}")
         copied = "navigator.clipboard.readText()"
-        tab.until(lambda: tab.page.evaluate(copied), lambda said, text=text: said == text)  # type: ignore[misc]
+        tab.until(lambda: tab.page.evaluate(copied), lambda said, text=text: said == text)
