@@ -60,12 +60,8 @@ class ScenePanel(Panel):
     def show(self) -> None:
         """Redraws what has changed since the last time, each part on its own."""
         app, view, state = self.app, self.app.view, self.state
-        state.mesh, state.opacity, state.vpls_shown, state.colour_by = (
-            view.mesh,
-            view.opacity,
-            view.vpls,
-            view.colour_by,
-        )
+        state.mesh, state.opacity, state.colour_by = view.mesh, view.opacity, view.colour_by
+        state.vpls_shown, state.legend_shown = view.vpls, view.legend
         self._part("mesh", (view.mesh, view.opacity), lambda: self.view.show_mesh(view.mesh, view.opacity))
         self._part("legend", view.legend, lambda: self.view.show_legend(view.legend))
         camera = app.workbench.camera_of(app.workbench.settings.camera)
@@ -262,6 +258,7 @@ class ScenePanel(Panel):
                 update_modelValue=(self._slide, "[$event]"), title="show this level alone",
             )  # fmt: skip
             self._options()
+            _icon("mdi-map-legend", "legend on, off", self._explain, "legend-shown")
             for where, icon, title in (
                 ("camera", "mdi-camera", "look from the picture's camera"),
                 ("pixel", "mdi-crosshairs", "fly to the probed pixel"),
@@ -288,17 +285,15 @@ class ScenePanel(Panel):
                     thumb_size=12, id="opacity", label="opacity", end=(lambda value: look(opacity=float(value)),
                     "[$event]"),
                 )  # fmt: skip
-                for name, label, field in (
-                    ("vpls_shown", "input lights (VPLs)", "vpls"),
-                    ("legend_shown", "legend", "legend"),
-                ):
-                    v3.VCheckbox(
-                        label=label, model_value=(name, False), density="compact", hide_details=True,
-                        id=name.replace("_", "-"), update_modelValue=(self._switch, f"['{field}', $event]"),
-                    )  # fmt: skip
+                v3.VCheckbox(
+                    label="input lights (VPLs)", model_value=("vpls_shown", False), density="compact",
+                    hide_details=True, id="vpls-shown",
+                    update_modelValue=(lambda on: look(vpls=bool(on)), "[$event]"),
+                )  # fmt: skip
 
-    def _switch(self, field: str, on: object) -> None:
-        self.app.look(**{field: bool(on)})
+    def _explain(self) -> None:
+        """The legend, on and off."""
+        self.app.look(legend=not self.app.view.legend)
 
     def _select(self, name: str, items: Any, label: str, choose: Callable[[Any], None]) -> None:
         v3.VSelect(
