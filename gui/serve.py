@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import socket
 import sys
@@ -12,6 +13,8 @@ from lab import LabError
 
 LOOPBACK = "127.0.0.1"
 PORT = 8642
+_NOISY = ("wslink", "aiohttp", "asyncio")
+"""They write pages of traceback when a browser is closed while something is sent to it, which is no error."""
 _LOOPBACKS = ("localhost", "127.", "::1")
 
 
@@ -38,6 +41,8 @@ def serve(app: Inspector, host: str = LOOPBACK, port: int | None = None, tell: C
             tell(f"warning: whoever can reach {host} can use this inspector; there is no password")
         sys.stdout.flush()
 
+    for name in _NOISY:
+        logging.getLogger(name).setLevel(logging.CRITICAL)
     app.ctrl.on_server_ready.add(ready)
     app.server.start(
         host=host, port=chosen, open_browser=False, show_connection_info=False, disable_logging=True, timeout=0
