@@ -15,13 +15,14 @@ WHILE_MOVING = 30_000
 """Points of a cloud that are drawn while the view moves."""
 
 _BUCKETS = 6
-_SMALLEST_PX, _LARGEST_PX = 3.0, 20.0
+SMALLEST_PX, LARGEST_PX = 3.0, 20.0
+"""Diameters of points."""
 
 
 def sizes_px(weight: NDArray[np.floating]) -> NDArray[np.floating]:
     """(n,) diameters in pixels of points of (n,) weights from 0 to 1: one of a few."""
     bucket = np.clip(np.floor(np.asarray(weight) * _BUCKETS), 0, _BUCKETS - 1)
-    return np.asarray(_SMALLEST_PX + (_LARGEST_PX - _SMALLEST_PX) * bucket / (_BUCKETS - 1))
+    return np.asarray(SMALLEST_PX + (LARGEST_PX - SMALLEST_PX) * bucket / (_BUCKETS - 1))
 
 
 class Cloud:

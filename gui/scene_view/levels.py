@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gui.scene_view.actors import Part
-from gui.scene_view.clouds import Cloud, sizes_px
+from gui.scene_view.clouds import LARGEST_PX, Cloud, sizes_px
 from gui.scene_view.colours import LEVELS, RAMP, Bytes, ramp_colours
 from gui.scene_view.legend import Bar, Block
 from lab import LabError
@@ -89,6 +89,11 @@ class LevelsPart(Part):
     def _cloud(self, hierarchy: Hierarchy, level: int) -> Cloud:
         rows = slice(int(hierarchy.offset[level]), int(hierarchy.offset[level + 1]))
         return Cloud(self, hierarchy.position[rows], self._colours(level, rows), self._weight(rows))
+
+    @property
+    def largest_px(self) -> float:
+        """Largest diameter that a light is drawn with, in pixels."""
+        return self._size * LARGEST_PX
 
     def radii_px(self, rows: NDArray[np.integer]) -> NDArray[np.floating]:
         """(n,) radii in pixels that the lights of merged indices `rows` are drawn with."""

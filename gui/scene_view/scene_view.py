@@ -236,11 +236,11 @@ class SceneView:
         return None
 
     def _free_place(self, point: NDArray[np.float64], distance: float, reach: float) -> NDArray[np.float64]:
-        """Where to look at `point` from: the first place that sees it, or what is half its `reach` before."""
-        for share in (1.0, 0.6, 0.35):
+        """Where to look at `point` from: the first place that sees it, or at least what is a little before it."""
+        for before, share in ((0.1, 1.0), (0.1, 0.6), (0.1, 0.35), (0.6, 1.0), (0.6, 0.6)):
             eyes = self._viewpoint.places_around(point, share * distance)
             ways = (point - eyes) / (share * distance)
-            seen = self._mesh_rays.distances(eyes, ways) > share * distance - 0.5 * reach
+            seen = self._mesh_rays.distances(eyes, ways) > share * distance - before * reach
             if seen.any():
                 return np.asarray(eyes[int(np.argmax(seen))])
         return np.asarray(self._viewpoint.places_around(point, distance)[0])
@@ -253,16 +253,16 @@ class SceneView:
         """
         eye, ways = self._viewpoint.rays([(x, y)])
         hit = float(self._mesh_rays.distances(eye[None], ways)[0])
-        light = self._light_under(x, y, eye)
+        light = self._light_under(x, y, eye, ways[0])
         if light is not None:
             return "light", light
         return ("surface", eye + hit * ways[0]) if np.isfinite(hit) else None
 
-    def _light_under(self, x: float, y: float, eye: NDArray[np.float64]) -> int | None:
+    def _light_under(self, x: float, y: float, eye: NDArray[np.float64], way: NDArray[np.float64]) -> int | None:
         hierarchy = self._levels.hierarchy
         if hierarchy is None or not self._levels.shown:
             return None
-        rows = np.concatenate([np.arange(*hierarchy.offset[level : level + 2]) for level in self._levels.shown])
+        rows = np.concatenate([self._near_ray(hierarchy, level, eye, way) for level in self._levels.shown])
         pixels, depth = self._viewpoint.project(hierarchy.position[rows])
         under = nearest_light((x, y), pixels, depth, self._levels.radii_px(rows), _WITHIN_PX)[:64]
         if self._mesh.opaque and under.size:
@@ -272,6 +272,17 @@ class SceneView:
             seen = self._mesh_rays.distances(eye[None], toward / away[:, None]) > away - 5e-3 * self._radius
             under = under[seen]
         return int(rows[under[0]]) if under.size else None
+
+    def _near_ray(
+        self, hierarchy: Hierarchy, level: int, eye: NDArray[np.float64], way: NDArray[np.float64]
+    ) -> NDArray[np.intp]:
+        """Merged indices of the lights of `level` in a cone around a ray that holds all that may be under its pixel."""
+        first, end = hierarchy.offset[level : level + 2]
+        from_eye = hierarchy.position[first:end] - eye.astype(np.float32)
+        along = from_eye @ way.astype(np.float32)
+        aside = np.einsum("ij,ij->i", from_eye, from_eye) - along**2
+        widest = 2 * self._viewpoint.pixel_angle * max(_WITHIN_PX, self._levels.largest_px / 2)
+        return np.asarray(first + np.flatnonzero((along > 0) & (aside < (widest * along) ** 2)))
 
     def set_moving(self, moving: bool) -> None:
         """While the view moves, clouds are thinned out, the mesh is plainer and edges are not smoothed."""

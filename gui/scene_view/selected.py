@@ -42,7 +42,7 @@ class SelectedPart(Part):
             rounds = circles(centre, radius)
             self.add(lines_actor(rounds, SHELLS[name], 1.5))
             self.add(lines_actor(rounds, SHELLS[name], 1.0, through=True))
-            self.add(surface_actor(centre + radius * sphere, triangles, SHELLS[name], 0.05))
+            self.add(surface_actor(centre + radius * sphere, triangles, SHELLS[name], 0.03 if name == "2r" else 0.05))
             rows.append((SHELLS[name], f"blend radius {name} = {radius:.4g}"))
         deviation = hierarchy.deviation[index].astype(np.float64)
         if deviation.any():
@@ -58,7 +58,7 @@ class SelectedPart(Part):
             rows.append((MEMBER, f"members: {len(members[0]):,}"))
         flux = " ".join(f"{channel:.3g}" for channel in hierarchy.flux[index])
         title = f"light {index:,} of level {level}" + (" (top)" if level == hierarchy.top else "")
-        self.legend = Block(title, [(SELECTED, f"flux {flux}"), *rows])
+        self.legend = Block(title, [(SELECTED, f"flux {flux} (RGB)"), *rows])
 
     def _add_lobe(self, hierarchy: Hierarchy, index: int, params: Params, reach: float) -> str:
         """The surface whose distance from the centre is the emission toward it; returns what it is called."""
@@ -85,7 +85,9 @@ class SelectedPart(Part):
         heaviest = float(shares.max())
         weight = np.sqrt(shares / heaviest) if heaviest > 0 else np.zeros(len(shares))
         colours = np.tile(np.asarray(MEMBER, np.uint8), (len(indices), 1))
-        Cloud(self, position, colours, 0.75 * weight).show(moving=False)
+        # Of thousands, each is drawn smaller, or they would hide each other.
+        most = 0.75 * min(1.0, (1000 / len(indices)) ** 0.5)
+        Cloud(self, position, colours, most * weight).show(moving=False)
         first = np.argsort(-shares, kind="stable")[:_LINES]
         first = first[shares[first] > 0]
         if first.size:

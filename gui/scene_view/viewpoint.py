@@ -52,6 +52,11 @@ class Viewpoint:
         """Moves the near and the far plane around what is shown."""
         self._renderer.ResetCameraClippingRange()
 
+    @property
+    def pixel_angle(self) -> float:
+        """Tangent of the angle between neighbouring pixels in the middle."""
+        return 2 * math.tan(math.radians(self.camera.fov_y_deg) / 2) / self.size[1]
+
     def rays(self, pixels: ArrayLike) -> tuple[Array, Array]:
         """The eye (3,) and unit directions (n, 3) through the (n, 2) places x, y in the window."""
         camera, (width, height) = self.camera, self.size
