@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import shutil
 import signal
@@ -76,7 +77,8 @@ class Server:
         with self.errors.open("wb") as errors:
             self.process = subprocess.Popen(
                 [sys.executable, "-m", "lab", "inspect", *arguments, "--port", "0"],
-                stdout=subprocess.PIPE, stderr=errors, text=True, cwd=folder, env={**os.environ, "PYTHONUNBUFFERED": "1", "PYTHONFAULTHANDLER": "1"},
+                stdout=subprocess.PIPE, stderr=errors, text=True, cwd=folder,
+                env={**os.environ, "PYTHONUNBUFFERED": "1", "PYTHONFAULTHANDLER": "1"},
             )  # fmt: skip
         self.said: list[str] = []
         self._reader = threading.Thread(target=self._read, daemon=True)
@@ -97,8 +99,9 @@ class Server:
         return any("http" in line for line in said) or self.process.poll() is not None
 
     def complaints(self) -> str:
-        """All it wrote on standard error."""
-        return self.errors.read_text()
+        """All it wrote on standard error, and how it ended if it did."""
+        code = self.process.poll()
+        return self.errors.read_text() + ("" if code is None else f"ended with code {code}\n")
 
     def interrupt(self) -> tuple[int, float]:
         """Ctrl-C. Exit code, and how many seconds it took."""
@@ -188,11 +191,24 @@ class Tab:
         """Waits for the end of all work."""
         self.page.wait_for_function("trame.state.get('busy') === ''")
 
+    def ask(self, trigger: str, *arguments: str) -> Any:
+        """What the server answers to one of the page's questions; JavaScript's promises would wait for ever."""
+        asked = (
+            "([name, rest, ms]) => Promise.race([trame.trigger(name, rest), new Promise((_, fail) => setTimeout("
+            "() => fail(new Error(`no answer to ${name}`)), ms))])"
+        )
+        return self.page.evaluate(asked, [trigger, list(arguments), 1000 * PATIENCE_S])
+
+    def saved(self) -> dict[str, Any]:
+        """The state that the inspector would save."""
+        state: dict[str, Any] = json.loads(self.ask("saved"))
+        return state
+
     # --- doing --------------------------------------------------------------------------------------
 
     def restore(self, text: str) -> None:
         """Has the inspector restore a state, and waits for its frame."""
-        self.page.evaluate("text => trame.trigger('restore', [text, 'state.json'])", text)
+        self.ask("restore", text, "state.json")
         self.idle()
 
     def begin(self, **changes: Any) -> None:
@@ -241,6 +257,11 @@ class Tab:
             self.click(selector)
         return waiting.value.suggested_filename, Path(waiting.value.path()).read_bytes()
 
+    def clipboard(self) -> str:
+        """What was copied last."""
+        text: str = self.page.evaluate("navigator.clipboard.readText()")
+        return text
+
     def message(self) -> str:
         """Waits for the message at the foot of the page, and takes it away."""
         said = self.until(lambda: self.text(".v-snackbar__content"), bool, "a message at the foot of the page")
@@ -251,7 +272,7 @@ class Tab:
     def close(self) -> None:
         """Closes the tab; whatever the browser or the server complained of fails the test."""
         self.page.close()
-        assert not self.errors, "\n".join(self.errors)
+        assert not self.errors, "\n".join([*self.errors, self.server.complaints()])
 
 
 # --- the same, of the library -----------------------------------------------------------------------

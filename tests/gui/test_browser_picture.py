@@ -2,18 +2,9 @@
 
 from __future__ import annotations
 
-import json
-from typing import Any
-
 import pytest
 
 from .browser import SIZE, Tab, frame
-
-
-def saved(tab: Tab) -> dict[str, Any]:
-    """The state that the inspector would save."""
-    state: dict[str, Any] = json.loads(tab.page.evaluate("trame.trigger('saved')"))
-    return state
 
 
 def divider(tab: Tab) -> float:
@@ -39,7 +30,7 @@ def test_the_wipe_follows_the_mouse_and_both_pictures_stay_together(tab: Tab) ->
     y = line["y"] + line["height"] / 2
     drag(tab, (line["x"] + line["width"] / 2, y), (tab.place(39.5, 0)[0], y))
     assert abs(divider(tab) - 0.25) < 0.01, "answered at once"
-    tab.until(lambda: saved(tab)["wipe"], lambda at: abs(at - 0.25) < 0.01)
+    tab.until(lambda: tab.saved()["wipe"], lambda at: abs(at - 0.25) < 0.01)
     assert tab.find(".lab-image-a").evaluate("e => e.style.clipPath").startswith("inset(0px calc(75")
     assert tab.find(".lab-image-b").evaluate("e => e.style.clipPath").endswith("%)")
 
@@ -55,11 +46,11 @@ def test_the_wipe_follows_the_mouse_and_both_pictures_stay_together(tab: Tab) ->
     drag(tab, at, (at[0] - 60, at[1] + 25))
     assert tab.place(120, 20) == pytest.approx((held[0] - 60, held[1] + 25), abs=0.5)
     assert tab.box(".lab-image-a") == tab.box(".lab-image-b")
-    tab.until(lambda: saved(tab)["zoom"], lambda zoom: abs(zoom - 2.718) < 0.02)
+    tab.until(lambda: tab.saved()["zoom"], lambda zoom: abs(zoom - 2.718) < 0.02)
     tab.press("f")
     tab.until(lambda: tab.box(".lab-image-a"), lambda box: box == before, "fitted again")
-    tab.until(lambda: saved(tab)["zoom"], lambda zoom: zoom == 1)
-    assert saved(tab)["pixel"] is None, "a drag is no click"
+    tab.until(lambda: tab.saved()["zoom"], lambda zoom: zoom == 1)
+    assert tab.saved()["pixel"] is None, "a drag is no click"
 
 
 def test_the_keys_do_what_the_help_says(tab: Tab) -> None:
@@ -104,8 +95,8 @@ def test_the_keys_do_what_the_help_says(tab: Tab) -> None:
     # In a field, and on a slider, keys are the field's.
     tab.find("#exposure").press("w")
     tab.slide("#level-slider", "ArrowRight")
-    tab.until(lambda: saved(tab)["levels"], lambda levels: levels == [2])
-    assert saved(tab)["compare"] == "off" and saved(tab)["layer"] == "colour"
+    tab.until(lambda: tab.saved()["levels"], lambda levels: levels == [2])
+    assert tab.saved()["compare"] == "off" and tab.saved()["layer"] == "colour"
 
 
 def test_the_number_under_the_pointer_is_the_frame_s(tab: Tab) -> None:

@@ -65,7 +65,7 @@ def test_the_table_is_the_probe_s(tab: Tab) -> None:
     row.click()
     tab.until(lambda: tab.text("#pixel-lights .lab-chosen td"), lambda light: light == chosen)
     tab.until(lambda: tab.look("#scene img"), lambda now: now != scene, "the selected light in the scene")
-    assert json.loads(tab.page.evaluate("trame.trigger('saved')"))["light"] == int(chosen)
+    assert tab.saved()["light"] == int(chosen)
 
     # The same as files.
     name, content = tab.download("#probe-json")

@@ -9,7 +9,7 @@ import numpy as np
 from lab.pixel import pixel_of_point
 
 from .browser import SIZE, Tab, frame, renderer
-from .test_browser_picture import drag, saved
+from .test_browser_picture import drag
 
 VIEW = "#scene img"
 
@@ -30,15 +30,15 @@ def test_the_level_slider_changes_the_view(tab: Tab) -> None:
     first = shown(tab)
     tab.slide("#level-slider", "ArrowRight")
     second = tab.until(lambda: tab.look(VIEW), lambda now: now != first, "another level")
-    tab.until(lambda: saved(tab)["levels"], lambda levels: levels == [2])
+    tab.until(lambda: tab.saved()["levels"], lambda levels: levels == [2])
     tab.slide("#level-slider", "End")
     top = frame().hierarchy.top
-    tab.until(lambda: saved(tab)["levels"], lambda levels: levels == [top])
+    tab.until(lambda: tab.saved()["levels"], lambda levels: levels == [top])
     tab.until(lambda: tab.look(VIEW), lambda now: now not in (first, second), "the coarsest level")
     tab.page.locator("#levels button").nth(1).click()  # both
-    tab.until(lambda: saved(tab)["levels"], lambda levels: levels == [1, top])
+    tab.until(lambda: tab.saved()["levels"], lambda levels: levels == [1, top])
     tab.page.locator("#levels button").nth(top).click()
-    tab.until(lambda: saved(tab)["levels"], lambda levels: levels == [1])
+    tab.until(lambda: tab.saved()["levels"], lambda levels: levels == [1])
     tab.until(lambda: tab.look(VIEW), lambda now: now == first, "the view as it was")
 
 
@@ -56,7 +56,7 @@ def test_everything_else_of_the_view(tab: Tab) -> None:
     before = shown(tab)
     tab.find("#vpls-shown").check(force=True)
     tab.until(lambda: tab.look(VIEW), lambda now: now != before, "VPLs")
-    state = saved(tab)
+    state = tab.saved()
     assert [state[name] for name in ("colour_by", "cells", "mesh", "vpls")] == ["level", 2, "none", True]
 
 
@@ -93,7 +93,7 @@ def test_a_click_on_a_light_selects_it(tab: Tab) -> None:
     x, y = box["x"] + box["width"] / 2 + half * on_screen[best, 0], box["y"] + half * (1 + on_screen[best, 1])
     before = shown(tab)
     tab.page.mouse.click(x, y)
-    tab.until(lambda: saved(tab)["light"], lambda light: light == first + best, f"light {first + best} selected")
+    tab.until(lambda: tab.saved()["light"], lambda light: light == first + best, f"light {first + best} selected")
     tab.until(lambda: tab.look(VIEW), lambda now: now != before, "the selected light taken apart")
 
 
@@ -102,14 +102,14 @@ def test_a_turned_view_stays_and_the_camera_button_turns_it_back(tab: Tab) -> No
     box = tab.box(VIEW)
     middle = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
     drag(tab, middle, (middle[0] + 80, middle[1] + 20))
-    tab.until(lambda: saved(tab)["scene_camera"], bool, "the turned view, kept")
-    assert shown(tab) != before and saved(tab)["pixel"] is None, "a turn is no click"
+    tab.until(lambda: tab.saved()["scene_camera"], bool, "the turned view, kept")
+    assert shown(tab) != before and tab.saved()["pixel"] is None, "a turn is no click"
     tab.click("#fly-camera")
-    tab.until(lambda: saved(tab)["scene_camera"], lambda camera: camera is None)
+    tab.until(lambda: tab.saved()["scene_camera"], lambda camera: camera is None)
     tab.until(lambda: tab.look(VIEW), lambda now: now == before, "the view as it was")
     drag(tab, middle, (middle[0] + 60, middle[1]))
-    tab.until(lambda: saved(tab)["scene_camera"], bool)
+    tab.until(lambda: tab.saved()["scene_camera"], bool)
     picture = tab.source(".lab-image-a")
     tab.click("#render-here")
     tab.until(lambda: tab.source(".lab-image-a"), lambda source: source != picture, "the picture from there")
-    assert ":" in saved(tab)["camera"]
+    assert ":" in tab.saved()["camera"]
