@@ -45,7 +45,6 @@ class Viewpoint:
         vtk.SetFocalPoint(*map(float, camera.target))
         vtk.SetViewUp(*map(float, camera.up))
         vtk.SetViewAngle(float(camera.fov_y_deg))
-        self._renderer.camera_set = True  # else pyvista moves it as it first shows the scene
         self.fit_planes()
 
     def fit_planes(self) -> None:
