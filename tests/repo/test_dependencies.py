@@ -18,7 +18,7 @@ EXTRAS: dict[str, list[str]] = PROJECT["project"]["optional-dependencies"]
 DECLARED = [need for need in chain(PROJECT["project"]["dependencies"], *EXTRAS.values()) if "[" not in need]
 
 # Import names that differ from the package's name.
-PACKAGES = {"PIL": "pillow", "flip_evaluator": "flip-evaluator", "vtkmodules": "vtk"}
+PACKAGES = {"PIL": "pillow", "flip_evaluator": "flip-evaluator", "vtkmodules": "vtk", "trame_client": "trame-client"}
 
 
 @pytest.mark.parametrize("need", DECLARED)
