@@ -62,6 +62,11 @@
         clearTimeout(this.settled);
         this.settled = setTimeout(() => this.report(), 200);
       },
+      enter() {
+        // Over the picture keys mean the picture, not the menu that was chosen from before.
+        const active = document.activeElement;
+        if (active && active.closest(".lab-choices")) active.blur();
+      },
       wheel(event) {
         event.preventDefault();
         const [x, y] = this.where(event);
@@ -148,7 +153,7 @@
       const cut = `${100 * this.divider}%`;
       return h(
         "div",
-        { class: "lab-picture", onWheel: this.wheel, onPointerdown: this.down, onPointermove: this.move, onPointerup: this.up, onDblclick: this.fit },
+        { class: "lab-picture", onWheel: this.wheel, onPointerdown: this.down, onPointermove: this.move, onPointerup: this.up, onPointerenter: this.enter, onDblclick: this.fit },
         [
           this.image(this.a, "a", both ? `inset(0 calc(100% - ${cut}) 0 0)` : "none"),
           both ? this.image(this.b, "b", `inset(0 0 0 ${cut})`) : null,
