@@ -13,13 +13,13 @@ from trame.widgets.vtk import VtkRemoteView
 from gui.layers import png_bytes
 from gui.panels.panel import Panel
 from gui.scene_view import SceneView
+from gui.scene_view.navigation import Navigation
 from gui.view_state import COLOUR_BYS, MESH_STYLES
 from lab import LabError
 from lab.pixel import member_shares, pixel_of_point
 from lab.scene.scene import Camera
 
 _DENSE = {"density": "compact", "hide_details": True, "variant": "outlined"}
-_CLICK_PX = 4
 ENCODING_SECONDS = (0.03, 0.08, 0.2)
 
 
@@ -29,7 +29,7 @@ class ScenePanel(Panel):
     _view: SceneView | None = None
     _widget: Any = None
     _changed = False
-    _pressed: tuple[int, int] | None = None
+    _looked: tuple[float, ...] = ()
 
     def build(self) -> None:
         """Choices above, the view below."""
@@ -38,7 +38,7 @@ class ScenePanel(Panel):
         state = self.state
         state.level_items, state.shown_levels, state.top_level, state.scene_note = [], [], 1, ""
         state.cell_items, state.slider_level = [], 1
-        self._answer_mouse(view)
+        self._navigation = Navigation(view, lambda: self.app.later("settle", self._settle), self._click)
         with html.Div(classes="lab-picture-panel"):
             self._choices()
             with html.Div(classes="lab-picture-place", id="scene"):
@@ -67,7 +67,7 @@ class ScenePanel(Panel):
         camera = app.workbench.camera_of(app.workbench.settings.camera)
         size = app.workbench.settings.size
         self._part("frustum", (camera, size), lambda: self.view.show_frustum(camera, size))
-        self._part("eye", view.scene_camera, self._look)
+        self._part("eye", view.scene_camera or camera, self._look)
         if app.frame is not None:
             self._show_lights()
             self._show_pixel()
@@ -155,9 +155,10 @@ class ScenePanel(Panel):
         numbers = self.app.view.scene_camera
         if numbers is None:
             self.view.look_from(self.app.workbench.camera_of(self.app.workbench.settings.camera))
-            return
-        eye, target, up = (tuple(numbers[i : i + 3]) for i in (0, 3, 6))
-        self.view.look_from(Camera("view", eye, target, up, self.view.camera.fov_y_deg))  # type: ignore[arg-type]
+        else:
+            eye, target, up = (tuple(numbers[i : i + 3]) for i in (0, 3, 6))
+            self.view.look_from(Camera("view", eye, target, up, self.view.camera.fov_y_deg))  # type: ignore[arg-type]
+        self._looked = self._place()
 
     def screenshot(self) -> bytes:
         """The view as it is."""
@@ -166,31 +167,15 @@ class ScenePanel(Panel):
     def close(self) -> None:
         """Frees the window."""
         if self._view is not None:
+            self._navigation.close()
             self._view.close()
             self._view = None
 
     # --- what the user does -------------------------------------------------------------------------
 
-    def _answer_mouse(self, view: SceneView) -> None:
-        """A press that does not move selects; one that does turns the view, thinned out until it ends."""
-        window: Any = view.plotter.render_window
-        interactor = window.GetInteractor()
-        style = interactor.GetInteractorStyle()
-        interactor.AddObserver("LeftButtonPressEvent", lambda *_: self._press(interactor.GetEventPosition()))
-        interactor.AddObserver("LeftButtonReleaseEvent", lambda *_: self._release(interactor.GetEventPosition()))
-        style.AddObserver("StartInteractionEvent", lambda *_: view.set_moving(True))
-        style.AddObserver("EndInteractionEvent", lambda *_: self._settle())
-
-    def _press(self, at: tuple[int, int]) -> None:
-        self._pressed = at
-
-    def _release(self, at: tuple[int, int]) -> None:
-        pressed, self._pressed = self._pressed, None
-        if pressed is None or max(abs(pressed[0] - at[0]), abs(pressed[1] - at[1])) > _CLICK_PX:
-            return
-        window: Any = self.view.plotter.render_window
-        height = window.GetSize()[1]
-        picked = self.view.pick(at[0], height - 1 - at[1])
+    def _click(self, x: int, y: int) -> None:
+        """A click at (x, y), pixels from the upper left, selects the light there, or probes the surface's pixel."""
+        picked = self.view.pick(x, y)
         if picked is None:
             return
         if picked[0] == "light":
@@ -210,12 +195,20 @@ class ScenePanel(Panel):
         self.app.select_pixel(pixel)
 
     def _settle(self) -> None:
-        """The view has stopped: everything is drawn again, and its place is kept."""
+        """The view has stopped: everything is drawn again, and its place is kept where it is another."""
         self.view.set_moving(False)
-        camera = self.view.camera
-        numbers = tuple(float(value) for vector in (camera.eye, camera.target, camera.up) for value in vector)
-        self._drawn["eye"] = numbers
+        self._changed = True
+        numbers = self._place()
+        if numbers == self._looked:
+            self.app.refresh()
+            return
+        self._drawn["eye"], self._looked = numbers, numbers
         self.app.look(scene_camera=numbers)
+
+    def _place(self) -> tuple[float, ...]:
+        """Where the view looks from and to, and what is up: nine numbers."""
+        camera = self.view.camera
+        return tuple(float(value) for vector in (camera.eye, camera.target, camera.up) for value in vector)
 
     def _render_from_here(self) -> None:
         """The picture looks from where the scene is seen."""

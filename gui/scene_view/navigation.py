@@ -8,7 +8,7 @@ from typing import Any
 from gui.scene_view.scene_view import SceneView
 
 _CLICK_PX = 3  # a press that is let go this near is a click, not a turn
-_STEP = 1.12  # of a wheel's notch
+_STEP = 1.12  # of a wheel's notch; the browser tells finer turns as parts of it
 
 
 class Navigation:
@@ -34,8 +34,8 @@ class Navigation:
             (self._style, "CharEvent", lambda *_: None),
             (self._style, "StartInteractionEvent", lambda *_: view.set_moving(True)),
             (self._style, "EndInteractionEvent", lambda *_: stopped()),
-            (self._interactor, "MouseWheelForwardEvent", lambda *_: self._go(_STEP)),
-            (self._interactor, "MouseWheelBackwardEvent", lambda *_: self._go(1 / _STEP)),
+            (self._interactor, "MouseWheelForwardEvent", lambda *_: self._go(1)),
+            (self._interactor, "MouseWheelBackwardEvent", lambda *_: self._go(-1)),
             (self._style, "LeftButtonPressEvent", self._press),
             (self._style, "LeftButtonReleaseEvent", self._release),
         )
@@ -47,9 +47,9 @@ class Navigation:
             source.RemoveObserver(observer)
         self._observers.clear()
 
-    def _go(self, step: float) -> None:
+    def _go(self, notches: float) -> None:
         self._view.set_moving(True)
-        self._view.plotter.camera.Dolly(step)
+        self._view.plotter.camera.Dolly(_STEP ** (notches * self._style.GetMouseWheelMotionFactor()))
         self._view.render()
         self._stopped()
 

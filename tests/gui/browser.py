@@ -189,6 +189,7 @@ class Tab:
 
     def idle(self) -> None:
         """Waits for the end of all work."""
+        self.ask("saved")  # what the server has told before its answer has come by then
         self.page.wait_for_function("trame.state.get('busy') === ''")
 
     def ask(self, trigger: str, *arguments: str) -> Any:

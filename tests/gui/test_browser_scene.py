@@ -45,6 +45,8 @@ def test_the_level_slider_changes_the_view(tab: Tab) -> None:
 def test_everything_else_of_the_view(tab: Tab) -> None:
     """Colours, cells, mesh, VPLs, opacity: each shows, and all of them are saved."""
     before = shown(tab)
+    tab.click("#scene-options")
+    tab.find("#colour-by").wait_for()
     tab.choose("#colour-by", "level")
     tab.until(lambda: tab.look(VIEW), lambda now: now != before, "other colours")
     before = shown(tab)
