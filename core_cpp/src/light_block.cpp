@@ -12,21 +12,21 @@ namespace lab {
 namespace HWY_NAMESPACE {
 namespace {
 
-// Bounds of several groups, from theirs.
-GroupBounds bounds_of(const PixelGroup* begin, const PixelGroup* end) {
+// Bounds of several clusters, from theirs.
+GroupBounds bounds_of(const Cluster* begin, const Cluster* end) {
     GroupBounds all{vec3(0.0f), vec3(0.0f), vec3(0.0f), 0.0f, std::numeric_limits<float>::lowest()};
     vec3 low(std::numeric_limits<float>::max()), high(std::numeric_limits<float>::lowest());
-    for (const PixelGroup* g = begin; g != end; ++g) {
-        low = glm::min(low, g->bounds.centre - g->bounds.extent);
-        high = glm::max(high, g->bounds.centre + g->bounds.extent);
-        all.normal += g->bounds.normal;
+    for (const Cluster* c = begin; c != end; ++c) {
+        low = glm::min(low, c->bounds.centre - c->bounds.extent);
+        high = glm::max(high, c->bounds.centre + c->bounds.extent);
+        all.normal += c->bounds.normal;
     }
     all.centre = 0.5f * (low + high);
     all.extent = glm::max(high - all.centre, all.centre - low);
     const float length = glm::length(all.normal);
     if (length > 1e-3f) all.normal /= length;
-    for (const PixelGroup* g = begin; g != end; ++g) {
-        const GroupBounds& b = g->bounds;
+    for (const Cluster* c = begin; c != end; ++c) {
+        const GroupBounds& b = c->bounds;
         const float turn = glm::length(b.normal - all.normal);
         all.spread = larger(all.spread, b.spread + turn);
         all.slab = larger(all.slab, glm::dot(all.normal, all.centre - b.centre) + b.slab + turn * b.radius());
@@ -39,6 +39,7 @@ struct LightCube {
     vec3 centre;
     float half_edge;
     int level;
+    std::uint8_t tile;
 };
 
 // Counts of a group's pixels, gathered level by level before they go to the pictures.
@@ -71,8 +72,8 @@ class LevelCounts {
 
     void flush() {
         if (level_ < 0) return;
-        for (int lane = 0; lane < group_.count; ++lane)
-            out_[level_ * pixels_ + group_.pixel[lane]] += count_[lane] + all_;
+        for (int lane = 0; lane < group_lanes; ++lane)
+            if (group_.lanes >> lane & 1u) out_[level_ * pixels_ + group_.pixel[lane]] += count_[lane] + all_;
         std::fill_n(count_, group_lanes, 0u);
         all_ = 0;
     }
@@ -102,22 +103,24 @@ Cover cover(const LightCube& cube, const GroupBounds& bounds) {
     return farthest.x < less && farthest.y < less && farthest.z < less ? Cover::all : Cover::some;
 }
 
-// The cubes, of the lights dealt to a tile, that may hold pixels of a patch.
-void find_cubes(const BlockScratch& s, const LightColumns& dealt, const GroupBounds& patch,
-                std::vector<LightCube>& cubes) {
+// The cubes that may hold pixels of a patch.
+void find_cubes(const BlockScratch& s, const GroupBounds& patch, std::vector<LightCube>& cubes) {
     cubes.clear();
-    for (std::size_t i = 0; i < dealt.size(); ++i) {
-        const ReadyLight& light = s.lights[dealt.slot(i)];
-        const LightCube cube{light.position, light.outer, static_cast<int>(light.level)};
+    for (std::size_t i = 0; i < s.lights.size(); ++i) {
+        const ReadyLight& light = s.lights[i];
+        const LightCube cube{light.position, light.outer, static_cast<int>(light.level),
+                             s.tile_of.empty() ? every_tile : s.tile_of[i]};
         if (cover(cube, patch) != Cover::none) cubes.push_back(cube);
     }
 }
 
-void count_overdraw(const LightFrame& frame, const std::vector<LightCube>& cubes, const PixelGroup& g,
-                    LightingData& out) {
+// `bounds`: of the group's cluster.
+void count_overdraw(const LightFrame& frame, const std::vector<LightCube>& cubes, const GroupBounds& bounds,
+                    const PixelGroup& g, int tile, LightingData& out) {
     LevelCounts counts(g, frame.gbuffer.pixels(), out.overdraw);
     for (const LightCube& cube : cubes) {
-        const Cover covers = cover(cube, g.bounds);
+        if (cube.tile != tile && cube.tile != every_tile) continue;
+        const Cover covers = cover(cube, bounds);
         if (covers == Cover::none) continue;
         if (covers == Cover::all) {
             counts.add_to_all(cube.level);
@@ -134,64 +137,120 @@ void count_overdraw(const LightFrame& frame, const std::vector<LightCube>& cubes
     }
 }
 
+// A group's results to the pictures.
+void store(const LightFrame& frame, const PixelGroup& g, const GroupSums& sums, const GroupPicks& picks,
+           LightingData& out) {
+    const std::size_t samples = frame.picks.samples;
+    const auto each_lane = [&](const auto& put) {
+        for (int i = 0; i < group_lanes; ++i)
+            if (g.lanes >> i & 1u) put(static_cast<std::size_t>(g.pixel[i]), i);
+    };
+    each_lane([&](std::size_t p, int i) {
+        out.irradiance[p] = {sums.red[i], sums.green[i], sums.blue[i]};
+        out.weight_sum[p] = samples > 0 ? picks.weight_sum(i) : 0.0f;
+    });
+    const hn::Full128<std::int32_t> four;
+    const hn::Full128<float> four_floats;
+    std::size_t k = 0;
+    for (; k + 4 <= samples; k += 4) {  // four samples of a pixel at once
+        std::int32_t light[4 * group_lanes];
+        float weight[4 * group_lanes];
+        for (int i = 0; i < group_lanes; i += 4) {
+            const std::int32_t* l = picks.light.data() + k * group_lanes + i;
+            const float* w = picks.weight.data() + k * group_lanes + i;
+            hn::StoreInterleaved4(hn::LoadU(four, l), hn::LoadU(four, l + group_lanes),
+                                  hn::LoadU(four, l + 2 * group_lanes), hn::LoadU(four, l + 3 * group_lanes), four,
+                                  light + 4 * i);
+            hn::StoreInterleaved4(hn::LoadU(four_floats, w), hn::LoadU(four_floats, w + group_lanes),
+                                  hn::LoadU(four_floats, w + 2 * group_lanes),
+                                  hn::LoadU(four_floats, w + 3 * group_lanes), four_floats, weight + 4 * i);
+        }
+        each_lane([&](std::size_t p, int i) {
+            hn::StoreU(hn::LoadU(four, light + 4 * i), four, out.light.data() + p * samples + k);
+            hn::StoreU(hn::LoadU(four_floats, weight + 4 * i), four_floats, out.target_weight.data() + p * samples + k);
+        });
+    }
+    for (; k < samples; ++k)
+        each_lane([&](std::size_t p, int i) {
+            out.light[p * samples + k] = picks.light[k * group_lanes + i];
+            out.target_weight[p * samples + k] = picks.weight[k * group_lanes + i];
+        });
+}
+
+HWY_INLINE void fetch_lines(const void* begin, std::size_t bytes) {
+    for (std::size_t at = 0; at < bytes; at += 64) __builtin_prefetch(static_cast<const char*>(begin) + at, 1);
+}
+
+// Fetches the memory of a cluster's results while another is being lit: the pictures are larger than the caches.
+HWY_INLINE void fetch(const LightFrame& frame, const Cluster& cluster, const LightingData& out) {
+    const std::size_t samples = frame.picks.samples, n = frame.grid.interleave;
+    for (std::uint32_t i = 0; i < cluster.count; ++i)
+        for (std::size_t y = 0; y < n; ++y) {
+            const std::size_t p = std::min(cluster.square[i] + y * frame.grid.width, out.weight_sum.size() - n);
+            fetch_lines(out.irradiance.data() + p, n * sizeof(vec3));
+            fetch_lines(out.weight_sum.data() + p, n * sizeof(float));
+            fetch_lines(out.light.data() + p * samples, n * samples * sizeof(float));
+            fetch_lines(out.target_weight.data() + p * samples, n * samples * sizeof(float));
+        }
+}
+
 template <bool soft, bool clamped>
-void light_pixels(const LightFrame& frame, const PixelGroup& g, const std::uint32_t* list, std::size_t count,
-                  BlockScratch& s, LightingData& out) {
+void light_pixels(const LightFrame& frame, const PixelGroup& g, std::span<const std::uint32_t> list, BlockScratch& s,
+                  LightingData& out) {
     const ReadyLight* lights = s.lights.data();
     const bool counts = !out.lights_used.empty();
     const auto first_to_pick =
-        std::partition_point(list, list + (frame.first_pick > 0 ? count : 0),
+        std::partition_point(list.begin(), frame.first_pick > 0 ? list.end() : list.begin(),
                              [&](std::uint32_t i) { return lights[i].index < frame.first_pick; });
     GroupSums sums;
-    light_group<soft, clamped>(lights, list, count, first_to_pick - list, g, frame.settings.clamp2, frame.picks, counts,
-                               sums, s.picks, s.batch, [&](std::size_t first) {
-                                   if (counts) count_used(frame, lights, list + first, g, s.batch, out);
+    light_group<soft, clamped>(lights, list.data(), list.size(), first_to_pick - list.begin(), g, frame.settings.clamp2,
+                               frame.picks, counts, sums, s.picks, s.batch, [&](std::size_t first) {
+                                   if (counts) count_used(frame, lights, list.data() + first, g, s.batch, out);
                                });
-    s.visited += count * group_lanes;
-    const std::size_t samples = frame.picks.samples;
-    for (int i = 0; i < g.count; ++i) {
-        const std::size_t p = g.pixel[i];
-        out.irradiance[p] = {sums.red[i], sums.green[i], sums.blue[i]};
-        out.weight_sum[p] = samples > 0 ? s.picks.weight_sum(i) : 0.0f;
-        for (std::size_t k = 0; k < samples; ++k) {
-            out.light[p * samples + k] = s.picks.light[k * group_lanes + i];
-            out.target_weight[p * samples + k] = s.picks.weight[k * group_lanes + i];
-        }
-    }
+    s.visited += list.size() * group_lanes;
+    store(frame, g, sums, s.picks, out);
+}
+
+void bound(const LightFrame& frame, std::size_t cluster, BlockScratch& s) {
+    const std::size_t tiles = frame.grid.tiles();
+    s.clusters[cluster].bounds = bounds_of(&s.groups[cluster * tiles], tiles);
 }
 
 void light_block(const LightFrame& frame, int block, BlockScratch& s, LightingData& out) {
     load_block(frame, block, s, out);
     if (s.patches.empty()) return;
-    const std::size_t groups = s.patches.back().end;
-    for (std::size_t i = 0; i < groups; ++i) s.groups[i].bounds = bounds_of(s.groups[i]);
+    for (std::size_t i = 0; i < s.patches.back().end; ++i) bound(frame, i, s);
     for (const Patch& patch : s.patches) {
         regroup(frame, patch, s);
-        for (const std::size_t i : s.regrouped) s.groups[i].bounds = bounds_of(s.groups[i]);
+        for (const std::size_t i : s.regrouped) bound(frame, i, s);
     }
-    find_lights(frame, s);
-    const float no_horizon = frame.settings.receiver == Receiver::soft ? 1e30f : 0.0f;
-    const auto cull_into = [&](GroupBounds bounds, const LightColumns& lights) {
-        if (s.kept.size() < lights.size() + group_lanes) s.kept.resize(lights.size() + group_lanes);
-        bounds.slab += no_horizon;
-        return cull(bounds, lights, s.kept.data());
-    };
     const bool counts = !out.overdraw.empty();
+    find_lights(frame, counts, s);
+    s.kept.resize(s.lights.size() + group_lanes);
+    s.reaching.resize(s.lights.size() + 1);
+    const float no_horizon = frame.settings.receiver == Receiver::soft ? 1e30f : 0.0f;
+    const int tiles = frame.grid.tiles();
     std::vector<LightCube> cubes;
     with_kinds(frame.settings, [&]<bool soft, bool clamped>() {
         for (const Patch& patch : s.patches) {
-            PixelGroup* const begin = s.groups.data() + patch.begin;
-            PixelGroup* const end = s.groups.data() + patch.end;
-            const LightColumns& dealt = s.dealt[patch.tile];
-            const GroupBounds bounds = bounds_of(begin, end);
-            const std::size_t near = cull_into(bounds, dealt);
-            s.near.assign(dealt, s.kept.data(), near);
-            if (counts) find_cubes(s, dealt, bounds, cubes);
-            for (PixelGroup* g = begin; g != end; ++g) {
-                if (counts) count_overdraw(frame, cubes, *g, out);
-                const std::size_t count = cull_into(g->bounds, s.near);
-                for (std::size_t i = 0; i < count; ++i) s.kept[i] = s.near.slot(s.kept[i]);
-                light_pixels<soft, clamped>(frame, *g, s.kept.data(), count, s, out);
+            GroupBounds bounds = bounds_of(s.clusters.data() + patch.begin, s.clusters.data() + patch.end);
+            bounds.slab += no_horizon;
+            cull_into(bounds, s.in_block, s.in_patch);
+            if (counts) find_cubes(s, bounds, cubes);
+            for (std::size_t c = patch.begin; c < patch.end; ++c) {
+                if (c + 1 < patch.end) fetch(frame, s.clusters[c + 1], out);
+                bounds = s.clusters[c].bounds;
+                bounds.slab += no_horizon;
+                s.lists.deal({s.kept.data(), cull_into(bounds, s.in_patch, s.kept.data())}, s.tile_of.data(), tiles);
+                for (int tile = 0; tile < tiles; ++tile) {
+                    const PixelGroup& g = s.groups[c * tiles + tile];
+                    if (g.lanes == 0) continue;
+                    if (counts) count_overdraw(frame, cubes, s.clusters[c].bounds, g, tile, out);
+                    std::span<const std::uint32_t> list = s.lists.of(tile);
+                    if (tiles > 1)
+                        list = {s.reaching.data(), cull_exactly<soft>(g, s.lights.data(), list, s.reaching.data())};
+                    light_pixels<soft, clamped>(frame, g, list, s, out);
+                }
             }
         }
     });

@@ -6,7 +6,12 @@
 namespace lab {
 namespace {
 
-constexpr int block_edge = 64, patch_edge = 16;  // pixels of the block, and of one interleaving tile in a patch
+constexpr int patch_edge = 16;  // squares
+
+// Blocks are larger where squares are, so that a search serves as many groups.
+int block_edge(int n) {
+    return std::max(64, 2 * patch_edge * n);  // pixels
+}
 
 bool level_is_dealt(const HierarchyView& h, int level, const Params& params) {
     return is_dealt(h.offset[level + 1] - h.offset[level], params.interleave, params.deal_all);
@@ -18,16 +23,26 @@ std::vector<float> deal_scales(const HierarchyView& h, const Params& params) {
     return scales;
 }
 
-// The interleaving tile of every light drawn; nothing where there is but one.
+// The interleaving tile of every light; nothing where there is but one.
 Buffer<std::uint8_t> deal(const HierarchyView& h, const Params& params) {
     Buffer<std::uint8_t> tile_of;
     if (params.interleave == 1) return tile_of;
     tile_of.resize(h.position.size());
-    for (int level = params.first_level; level <= h.top(); ++level)
+    for (int level = params.first_level; level <= h.top(); ++level) {
+        const std::int64_t tiles = params.interleave * params.interleave, count = h.offset[level + 1] - h.offset[level];
+        std::uint8_t* const of = tile_of.data() + h.offset[level];
+        if (!level_is_dealt(h, level, params)) {
+            std::fill_n(of, count, every_tile);
+            continue;
+        }
 #pragma omp parallel for
-        for (std::int64_t i = h.offset[level]; i < h.offset[level + 1]; ++i)
-            tile_of[i] = static_cast<std::uint8_t>(dealt_tile(static_cast<std::uint32_t>(i - h.offset[level]),
-                                                              static_cast<std::uint32_t>(level), params.interleave));
+        for (std::int64_t first = 0; first < count; first += tiles) {
+            const DealtRun run(static_cast<std::uint32_t>(first / tiles), static_cast<std::uint32_t>(level),
+                               params.interleave);
+            for (std::int64_t i = 0; i < std::min(tiles, count - first); ++i)
+                of[first + i] = static_cast<std::uint8_t>(run.tile(static_cast<std::uint32_t>(i)));
+        }
+    }
     return tile_of;
 }
 
@@ -42,13 +57,14 @@ float deal_scale(const HierarchyView& h, int level, const Params& params) {
 }
 
 BlockGrid::BlockGrid(const GBufferView& g, int n) : width(g.width), height(g.height), interleave(n) {
+    const int edge = block_edge(n);
     if (height == 1) {  // a row of points
-        block_x = block_edge * block_edge;
-        patch_x = std::min(patch_edge * patch_edge * n, block_x);
+        block_x = edge * edge / n;
+        patch_x = patch_edge * patch_edge * n;
         block_y = patch_y = 1;
     } else {
-        block_x = block_y = block_edge;
-        patch_x = patch_y = std::min(patch_edge * n, block_edge);
+        block_x = block_y = edge;
+        patch_x = patch_y = patch_edge * n;
     }
 }
 
@@ -60,10 +76,7 @@ LightFrame::LightFrame(const HierarchyView& h, const GBufferView& g, const Param
       grid(g, params.interleave),
       lights(h, settings, deal_scales(h, params)),
       tile_of(deal(h, params)) {
-    for (int level = 0; level <= h.top(); ++level) {
-        dealt.push_back(level_is_dealt(h, level, params));
-        rows.emplace_back(h, level);
-    }
+    for (int level = 0; level <= h.top(); ++level) rows.emplace_back(h, level);
     const int pick_level = first_pick_level(h, params);
     first_pick = pick_level > params.first_level ? static_cast<std::uint32_t>(h.offset[pick_level]) : 0;
 }

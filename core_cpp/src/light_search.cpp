@@ -1,168 +1,114 @@
-#include <algorithm>
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "src/light_search.cpp"
+#include <hwy/foreach_target.h>
 
 #include "lab/light_block.h"
+//
+#include "lab/receive_lanes.h"
 
+HWY_BEFORE_NAMESPACE();
 namespace lab {
+namespace HWY_NAMESPACE {
 namespace {
 
-constexpr float bent = 0.3f;       // a group whose normals differ by more is worth another grouping
-constexpr float stretched = 3.0f;  // as is one so many times as large as most of its patch
+// Boxes around some of a block's clusters each, one a lane: most lights in the box around all are far from every
+// surface that the block sees.
+struct Boxes {
+    float low_x[group_lanes], low_y[group_lanes], low_z[group_lanes];
+    float high_x[group_lanes], high_y[group_lanes], high_z[group_lanes];
+    Box all;
 
-void leave_dark(const LightFrame& frame, std::size_t p, LightingData& out) {
-    if (out.irradiance.empty()) return;
-    const std::size_t samples = frame.picks.samples;
-    out.irradiance[p] = vec3(0.0f);
-    out.weight_sum[p] = 0.0f;
-    std::fill_n(out.light.begin() + p * samples, samples, -1);
-    std::fill_n(out.target_weight.begin() + p * samples, samples, 0.0f);
-}
-
-// The pixels of one interleaving tile in a patch that see a surface, square after square of one group each; those that
-// see none get their results at once.
-void list_pixels(const LightFrame& frame, int x0, int y0, int tile, std::vector<std::uint32_t>& pixels,
-                 LightingData& out) {
-    const BlockGrid& grid = frame.grid;
-    const int n = grid.interleave, x1 = std::min(grid.width, x0 + grid.patch_x),
-              y1 = std::min(grid.height, y0 + grid.patch_y);
-    const int square_x = (grid.patch_y == 1 ? group_lanes : 4) * n, square_y = 4 * n;
-    pixels.clear();
-    for (int sy = y0; sy < y1; sy += square_y)
-        for (int sx = x0; sx < x1; sx += square_x)
-            for (int y = sy + tile / n; y < std::min(y1, sy + square_y); y += n)
-                for (int x = sx + tile % n; x < std::min(x1, sx + square_x); x += n) {
-                    const std::size_t p = static_cast<std::size_t>(y) * grid.width + x;
-                    if (frame.gbuffer.depth[p] > 0)
-                        pixels.push_back(static_cast<std::uint32_t>(p));
-                    else
-                        leave_dark(frame, p, out);
-                }
-}
-
-// Bit i of five spread to bit 6 i, for a Morton code of six axes.
-std::uint32_t spread(float unit) {
-    const auto x = static_cast<std::uint32_t>(smaller(31.0f, larger(0.0f, 32.0f * unit)));
-    return (x & 1u) | (x & 2u) << 5 | (x & 4u) << 10 | (x & 8u) << 15 | (x & 16u) << 20;
-}
-
-// Sorts pixels along a Morton curve through places and normals: runs of them stay compact in both even where the
-// picture jumps in depth or a surface bends. Ties keep their order.
-void sort_in_space(const GBufferView& g, std::vector<std::uint32_t>& pixels) {
-    vec3 low(std::numeric_limits<float>::max()), high(std::numeric_limits<float>::lowest());
-    for (const std::uint32_t p : pixels) {
-        low = glm::min(low, g.position[p]);
-        high = glm::max(high, g.position[p]);
+    // Clusters [0, count), in runs of neighbours.
+    Boxes(const std::vector<Cluster>& clusters, std::size_t count) {
+        constexpr float most = std::numeric_limits<float>::max();
+        all = {vec3(most), vec3(-most)};
+        const std::size_t run = (count + group_lanes - 1) / group_lanes;
+        for (std::size_t i = 0; i < group_lanes; ++i) {
+            Box box{vec3(most), vec3(-most)};  // a lane without clusters is reached from nowhere
+            for (std::size_t c = i * run; c < std::min(count, (i + 1) * run); ++c) {
+                const GroupBounds& b = clusters[c].bounds;
+                box.low = glm::min(box.low, b.centre - b.extent);
+                box.high = glm::max(box.high, b.centre + b.extent);
+            }
+            set(i, box);
+        }
     }
-    const vec3 extent = high - low;
-    int axis[3] = {0, 1, 2};  // the longest decides first
-    std::sort(axis, axis + 3, [&](int a, int b) { return extent[a] > extent[b] || (extent[a] == extent[b] && a < b); });
-    const float longest = extent[axis[0]], scale = longest > 0 ? 1.0f / longest : 0.0f;
-    std::vector<std::uint64_t> keyed(pixels.size());
-    for (std::size_t i = 0; i < pixels.size(); ++i) {
-        const vec3 at = (g.position[pixels[i]] - low) * scale, normal = 0.5f + 0.25f * g.normal[pixels[i]];
-        std::uint64_t code = 0;
-        for (int a = 0; a < 3; ++a) code |= spread(at[axis[a]]) << (5 - 2 * a) | spread(normal[axis[a]]) << (4 - 2 * a);
-        keyed[i] = code << 32 | pixels[i];
-    }
-    std::sort(keyed.begin(), keyed.end());
-    for (std::size_t i = 0; i < pixels.size(); ++i) pixels[i] = static_cast<std::uint32_t>(keyed[i]);
-}
 
-void load_group(const GBufferView& g, const std::uint32_t* pixel, int count, PixelGroup& group) {
-    group.count = count;
-    for (int i = 0; i < group_lanes; ++i) {
-        const std::uint32_t p = pixel[std::min(i, count - 1)];
-        const vec3 position = g.position[p], normal = g.normal[p];
-        group.px[i] = position.x;
-        group.py[i] = position.y;
-        group.pz[i] = position.z;
-        group.nx[i] = normal.x;
-        group.ny[i] = normal.y;
-        group.nz[i] = normal.z;
-        group.pixel[i] = p;
+    void set(std::size_t i, const Box& box) {
+        low_x[i] = box.low.x;
+        low_y[i] = box.low.y;
+        low_z[i] = box.low.z;
+        high_x[i] = box.high.x;
+        high_y[i] = box.high.y;
+        high_z[i] = box.high.z;
+        all.low = glm::min(all.low, box.low);
+        all.high = glm::max(all.high, box.high);
     }
-}
 
-// Takes pixels into groups group_at(0), group_at(1), ..
-template <class GroupAt>
-void load_groups(const GBufferView& g, const std::vector<std::uint32_t>& pixels, const GroupAt& group_at) {
-    for (std::size_t first = 0; first < pixels.size(); first += group_lanes) {
-        const std::size_t count = std::min<std::size_t>(group_lanes, pixels.size() - first);
-        load_group(g, pixels.data() + first, static_cast<int>(count), group_at(first / group_lanes));
+    // Whether a light at p reaches any box, its distances being from `inner` to `outer`.
+    HWY_INLINE bool reached(const vec3& p, float inner2, float outer2) const {
+        const Lanes d;
+        const Vec x = HWY_NAMESPACE::all(p.x), y = HWY_NAMESPACE::all(p.y), z = HWY_NAMESPACE::all(p.z);
+        const Vec zero = hn::Zero(d);
+        for (std::size_t i = 0; i < group_lanes; i += hn::Lanes(d)) {
+            const Vec ax = hn::Sub(hn::LoadU(d, low_x + i), x), bx = hn::Sub(x, hn::LoadU(d, high_x + i));
+            const Vec ay = hn::Sub(hn::LoadU(d, low_y + i), y), by = hn::Sub(y, hn::LoadU(d, high_y + i));
+            const Vec az = hn::Sub(hn::LoadU(d, low_z + i), z), bz = hn::Sub(z, hn::LoadU(d, high_z + i));
+            const Vec nx = hn::Max(zero, hn::Max(ax, bx)), ny = hn::Max(zero, hn::Max(ay, by)),
+                      nz = hn::Max(zero, hn::Max(az, bz));
+            const Vec fx = hn::Min(ax, bx), fy = hn::Min(ay, by), fz = hn::Min(az, bz);
+            const auto in_range = hn::And(hn::Le(dot(nx, ny, nz, nx, ny, nz), HWY_NAMESPACE::all(outer2)),
+                                          hn::Ge(dot(fx, fy, fz, fx, fy, fz), HWY_NAMESPACE::all(inner2)));
+            if (!hn::AllFalse(d, in_range)) return true;
+        }
+        return false;
     }
+};
+
+void find_lights(const LightFrame& frame, bool cubes, BlockScratch& s) {
+    const HierarchyView& h = frame.hierarchy;
+    constexpr float slack = 1e-5f;
+    const Boxes boxes(s.clusters, s.patches.back().end);
+    s.found.clear();
+    for (int level = frame.settings.first_level; level <= h.top(); ++level) {
+        const float outer = 2 * blend_radius(h, level, frame.settings);
+        const float inner = level > frame.settings.first_level ? 0.25f * outer : 0.0f;
+        const float outer2 = level == h.top() ? std::numeric_limits<float>::infinity() : outer * outer * (1 + slack);
+        const float inner2 = inner * inner * (1 - slack);
+        const auto visit = [&](std::uint32_t i) HWY_ATTR {
+            if (cubes || boxes.reached(h.position[i], inner2, outer2)) s.found.push_back(i);
+        };
+        if (level == h.top())
+            for (std::int64_t i = h.offset[level]; i < h.offset[level + 1]; ++i) visit(static_cast<std::uint32_t>(i));
+        else
+            frame.rows[level].find({boxes.all.low - outer, boxes.all.high + outer}, visit);
+    }
+    s.lights.resize(s.found.size());
+    s.in_block.resize(s.found.size());
+    int level = 0;
+    for (std::size_t i = 0; i < s.found.size(); ++i) {
+        while (s.found[i] >= h.offset[level + 1]) ++level;
+        s.lights[i] = frame.lights.of(s.found[i], level);
+        s.in_block.set(i, s.lights[i], static_cast<std::uint32_t>(i));
+    }
+    if (frame.tile_of.empty()) return;
+    s.tile_of.resize(s.found.size());
+    for (std::size_t i = 0; i < s.found.size(); ++i) s.tile_of[i] = frame.tile_of[s.found[i]];
 }
 
 }  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace lab
+HWY_AFTER_NAMESPACE();
 
-void load_block(const LightFrame& frame, int block, BlockScratch& s, LightingData& out) {
-    const BlockGrid& grid = frame.grid;
-    const int x0 = block % grid.across() * grid.block_x, y0 = block / grid.across() * grid.block_y;
-    const int n = grid.interleave;
-    std::size_t groups = 0;
-    s.patches.clear();
-    for (int y = y0; y < std::min(grid.height, y0 + grid.block_y); y += grid.patch_y)
-        for (int x = x0; x < std::min(grid.width, x0 + grid.block_x); x += grid.patch_x)
-            for (int tile = 0; tile < n * n; ++tile) {
-                list_pixels(frame, x, y, tile, s.pixels, out);
-                if (s.pixels.empty()) continue;
-                const std::size_t more = (s.pixels.size() + group_lanes - 1) / group_lanes;
-                if (s.groups.size() < groups + more) s.groups.resize(groups + more);
-                load_groups(frame.gbuffer, s.pixels,
-                            [&](std::size_t i) -> PixelGroup& { return s.groups[groups + i]; });
-                s.patches.push_back({groups, groups + more, tile});
-                groups += more;
-            }
-}
+#if HWY_ONCE
+namespace lab {
 
-void regroup(const LightFrame& frame, const Patch& patch, BlockScratch& s) {
-    s.regrouped.clear();
-    if (frame.grid.interleave > 1) return;  // sorting costs more than it saves where a pixel has few lights
-    s.radii.clear();
-    for (std::size_t i = patch.begin; i < patch.end; ++i) s.radii.push_back(s.groups[i].bounds.radius());
-    std::nth_element(s.radii.begin(), s.radii.begin() + s.radii.size() / 2, s.radii.end());
-    const float large = stretched * s.radii[s.radii.size() / 2];
-    s.pixels.clear();
-    for (std::size_t i = patch.begin; i < patch.end; ++i) {
-        const PixelGroup& g = s.groups[i];
-        if (g.bounds.radius() <= large && g.bounds.spread <= bent) continue;
-        s.regrouped.push_back(i);
-        s.pixels.insert(s.pixels.end(), g.pixel, g.pixel + g.count);
-    }
-    if (s.regrouped.size() < 2) {
-        s.regrouped.clear();
-        return;
-    }
-    sort_in_space(frame.gbuffer, s.pixels);
-    load_groups(frame.gbuffer, s.pixels, [&](std::size_t i) -> PixelGroup& { return s.groups[s.regrouped[i]]; });
-}
+HWY_EXPORT(find_lights);
 
-void find_lights(const LightFrame& frame, BlockScratch& s) {
-    const HierarchyView& h = frame.hierarchy;
-    vec3 low(std::numeric_limits<float>::max()), high(std::numeric_limits<float>::lowest());
-    for (const Patch& patch : s.patches)
-        for (std::size_t i = patch.begin; i < patch.end; ++i) {
-            const GroupBounds& b = s.groups[i].bounds;
-            low = glm::min(low, b.centre - b.extent);
-            high = glm::max(high, b.centre + b.extent);
-        }
-    s.lights.clear();
-    for (LightColumns& lights : s.dealt) lights.clear();
-    for (int level = frame.settings.first_level; level <= h.top(); ++level) {
-        const bool dealt = frame.dealt[level];
-        const auto visit = [&](std::uint32_t i) {
-            const auto slot = static_cast<std::uint32_t>(s.lights.size());
-            s.lights.push_back(frame.lights.of(i, level));
-            if (dealt)
-                s.dealt[frame.tile_of[i]].push(s.lights.back(), slot);
-            else
-                for (LightColumns& lights : s.dealt) lights.push(s.lights.back(), slot);
-        };
-        if (level == h.top()) {
-            for (std::int64_t i = h.offset[level]; i < h.offset[level + 1]; ++i) visit(static_cast<std::uint32_t>(i));
-        } else {
-            const float outer = 2 * blend_radius(h, level, frame.settings);
-            frame.rows[level].find({low - outer, high + outer}, visit);
-        }
-    }
+void find_lights(const LightFrame& frame, bool cubes, BlockScratch& scratch) {
+    HWY_DYNAMIC_DISPATCH(find_lights)(frame, cubes, scratch);
 }
 
 }  // namespace lab
+#endif

@@ -14,19 +14,16 @@ namespace {
 
 // Adds the perfect list of one group of a block.
 template <bool soft, bool clamped>
-void take_group(const LightFrame& frame, const PixelGroup& g, const LightColumns& near, BlockScratch& s,
+void take_group(const LightFrame& frame, const PixelGroup& g, std::span<const std::uint32_t> near, BlockScratch& s,
                 std::vector<PerfectList>& lists) {
-    if (g.count < group_lanes) return;
-    std::vector<std::uint32_t> kept(near.size() + group_lanes);
-    const std::size_t count = cull(g.bounds, near, kept.data());
-    for (std::size_t i = 0; i < count; ++i) kept[i] = near.slot(kept[i]);
+    if (g.lanes != every_lane) return;
     PerfectList list{g, {}};
     GroupSums sums;
-    light_group<soft, clamped>(s.lights.data(), kept.data(), count, 0, g, frame.settings.clamp2, frame.picks, true,
-                               sums, s.picks, s.batch, [&](std::size_t first) {
+    light_group<soft, clamped>(s.lights.data(), near.data(), near.size(), 0, g, frame.settings.clamp2, frame.picks,
+                               true, sums, s.picks, s.batch, [&](std::size_t first) {
                                    for (std::size_t i = 0; i < s.batch.size; ++i)
                                        if (least_of(s.batch.target + i * group_lanes) > 0.0f)
-                                           list.lights.push_back(s.lights[kept[first + i]]);
+                                           list.lights.push_back(s.lights[near[first + i]]);
                                });
     if (!list.lights.empty()) lists.push_back(std::move(list));
 }
@@ -35,21 +32,23 @@ void perfect_lists(const LightFrame& frame, std::size_t wanted, std::vector<Perf
     BlockScratch s(frame);
     LightingData none;
     const int blocks = frame.grid.count();
-    const std::size_t from_each = (wanted + blocks - 1) / blocks;
+    const std::size_t tiles = frame.grid.tiles(), from_each = (wanted + blocks - 1) / blocks;
     const int step = std::max(1, blocks / static_cast<int>(wanted));
     for (int block = 0; block < blocks; block += step) {
         load_block(frame, block, s, none);
         if (s.patches.empty()) continue;
-        const std::size_t groups = s.patches.back().end;
-        for (std::size_t i = 0; i < groups; ++i) s.groups[i].bounds = bounds_of(s.groups[i]);
-        find_lights(frame, s);
+        const std::size_t clusters = s.patches.back().end, groups = clusters * tiles;
+        for (std::size_t c = 0; c < clusters; ++c) s.clusters[c].bounds = bounds_of(&s.groups[c * tiles], tiles);
+        find_lights(frame, false, s);
+        s.kept.resize(s.lights.size() + group_lanes);
         const std::size_t every = std::max<std::size_t>(1, groups / from_each);
-        for (const Patch& patch : s.patches)
-            for (std::size_t i = patch.begin; i < patch.end; ++i)
-                if (i % every == every / 2)
-                    with_kinds(frame.settings, [&]<bool soft, bool clamped>() {
-                        take_group<soft, clamped>(frame, s.groups[i], s.dealt[patch.tile], s, lists);
-                    });
+        for (std::size_t i = every / 2; i < groups; i += every) {
+            const std::size_t count = cull_into(s.clusters[i / tiles].bounds, s.in_block, s.kept.data());
+            s.lists.deal({s.kept.data(), count}, s.tile_of.data(), static_cast<int>(tiles));
+            with_kinds(frame.settings, [&]<bool soft, bool clamped>() {
+                take_group<soft, clamped>(frame, s.groups[i], s.lists.of(static_cast<int>(i % tiles)), s, lists);
+            });
+        }
     }
 }
 

@@ -8,11 +8,14 @@ namespace lab {
 
 ReadyLight ready_light(const HierarchyView& h, std::size_t index, int level, const LightSettings& settings,
                        float deal_scale) {
-    ReadyLight light{light_term(h, index, level, settings, deal_scale), 0, 0, 0, 0, 0, 0};
+    ReadyLight light{light_term(h, index, level, settings, deal_scale), 0, 0, 0, 0, 0, 0, 0, 0};
     const EmissionLobe& lobe = light.lobe;
     light.bright = luminance(light.intensity);
     light.inner = light.blend.up_slope > 0 ? light.inner_radius : 0.0f;
     light.outer = level == h.top() ? std::numeric_limits<float>::infinity() : 4 * light.inner_radius;
+    constexpr float slack = 1e-5f;
+    light.least2 = light.inner * light.inner * (1 - slack);
+    light.most2 = light.outer * light.outer * (1 + slack);
     // Along w the sum is m.w + sqrt(w^T M w), and no eigenvalue of M exceeds its trace. A constant shines everywhere.
     const float trace = lobe.moment.xx + lobe.moment.yy + lobe.moment.zz;
     light.steepness = lobe.constant > 0 ? 1e30f : glm::length(lobe.mean) + std::sqrt(trace);

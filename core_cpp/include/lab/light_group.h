@@ -23,32 +23,31 @@ struct GroupBounds {
 struct alignas(64) PixelGroup {
     float px[group_lanes], py[group_lanes], pz[group_lanes], nx[group_lanes], ny[group_lanes], nz[group_lanes];
     std::uint32_t pixel[group_lanes];  // rows of the G-buffer
-    int count;                         // lanes past it repeat the last pixel, and are not read
-    GroupBounds bounds;
+    std::uint32_t lanes;               // bit i: lane i holds a pixel; others repeat one, and are not read
 };
+
+inline constexpr std::uint32_t every_lane = (1u << group_lanes) - 1;
 
 // Lights in structure-of-arrays form, so that many can be tested against one group at once.
 class LightColumns {
   public:
     enum Column { x, y, z, mean_x, mean_y, mean_z, xx, yy, zz, xy, xz, yz, steepness, inner, outer, columns };
+    static constexpr std::size_t vector = group_lanes;
 
     std::size_t size() const { return count_; }
-    void clear() { count_ = 0; }
-    // `slot`: where the light is kept.
-    void push(const ReadyLight& light, std::uint32_t slot);
-    // As the lights `rows` of `from`.
-    void assign(const LightColumns& from, const std::uint32_t* rows, std::size_t count);
-    // Whole vectors may be read, past the last light, too.
-    const float* operator[](Column c) const { return values_.data() + c * capacity_; }
-    std::uint32_t slot(std::size_t i) const { return slot_[i]; }
+    // Makes room for `count` lights, which are to be set. Whole vectors may be read and written past the last, too.
+    void resize(std::size_t count);
+    void set(std::size_t i, const ReadyLight& light, std::uint32_t slot);
+    const float* operator[](int column) const { return values_.data() + column * capacity_; }
+    float* operator[](int column) { return values_.data() + column * capacity_; }
+    // Where each light is kept.
+    const std::uint32_t* slots() const { return slot_.data(); }
+    std::uint32_t* slots() { return slot_.data(); }
 
   private:
-    static constexpr std::size_t vector = 16;
     std::size_t count_ = 0, capacity_ = 0;
-    std::vector<float> values_;
-    std::vector<std::uint32_t> slot_;
-
-    void reserve(std::size_t count);
+    Buffer<float> values_;
+    Buffer<std::uint32_t> slot_;
 };
 
 }  // namespace lab

@@ -64,6 +64,55 @@ HWY_INLINE void pass_batch(const LightBatch& batch, GroupPicks& picks, int first
     }
 }
 
+// The same for a batch of few lights, without the gathers, which cost as much as twenty or so of them: a light that
+// begins at or before the point is kept until a later one does, too.
+template <int count>
+HWY_INLINE void pass_few(const LightBatch& batch, GroupPicks& picks, int first, const float (&point)[4][group_lanes]) {
+    const hn::CappedTag<float, group_lanes> d;
+    const hn::Rebind<std::int32_t, decltype(d)> di;
+    using V = hn::Vec<decltype(d)>;
+    using I = hn::Vec<decltype(di)>;
+    for (std::size_t lane = 0; lane < group_lanes; lane += hn::Lanes(d)) {
+        const V p0 = hn::LoadU(d, point[0] + lane), p1 = hn::LoadU(d, point[1] + lane);
+        const V p2 = hn::LoadU(d, point[2] + lane), p3 = hn::LoadU(d, point[3] + lane);
+        V before = hn::Zero(d), f0 = before, f1 = before, f2 = before, f3 = before;
+        I light0 = hn::Zero(di), light1 = light0, light2 = light0, light3 = light0;
+        for (std::size_t i = 0; i < batch.size; ++i) {
+            const V target = hn::LoadU(d, batch.target + i * group_lanes + lane);
+            const I light = hn::Set(di, batch.light[i]);
+            const auto meet = [&](V at, V& f, I& kept) HWY_ATTR {
+                const auto begins = hn::Le(before, at);
+                f = hn::IfThenElse(begins, target, f);
+                kept = hn::IfThenElse(hn::RebindMask(di, begins), light, kept);
+            };
+            meet(p0, f0, light0);
+            if constexpr (count > 1) meet(p1, f1, light1);
+            if constexpr (count > 2) meet(p2, f2, light2);
+            if constexpr (count > 3) meet(p3, f3, light3);
+            before = hn::Add(before, target);
+        }
+        const auto settle = [&](int s, V at, V f, I light) HWY_ATTR {
+            std::int32_t* pick = picks.light.data() + (first + s) * group_lanes + lane;
+            float* weight = picks.weight.data() + (first + s) * group_lanes + lane;
+            const auto passes = hn::Le(before, at);  // all of them
+            hn::StoreU(hn::IfThenElse(passes, hn::LoadU(d, weight), f), d, weight);
+            hn::StoreU(hn::IfThenElse(hn::RebindMask(di, passes), hn::LoadU(di, pick), light), di, pick);
+        };
+        settle(0, p0, f0, light0);
+        if constexpr (count > 1) settle(1, p1, f1, light1);
+        if constexpr (count > 2) settle(2, p2, f2, light2);
+        if constexpr (count > 3) settle(3, p3, f3, light3);
+    }
+}
+
+template <int count>
+HWY_INLINE void pass(const LightBatch& batch, GroupPicks& picks, int first, const float (&point)[4][group_lanes]) {
+    if (batch.size <= 24)
+        pass_few<count>(batch, picks, first, point);
+    else
+        pass_batch<count>(batch, picks, first, point);
+}
+
 HWY_INLINE void pick_by_reservoir(const LightBatch& batch, const PickSettings& settings, const std::uint32_t* pixel,
                                   GroupPicks& picks) {
     for (int first = 0; first < settings.samples; first += 4) {
@@ -79,16 +128,16 @@ HWY_INLINE void pick_by_reservoir(const LightBatch& batch, const PickSettings& s
         }
         switch (settings.samples - first) {
             case 1:
-                pass_batch<1>(batch, picks, first, point);
+                pass<1>(batch, picks, first, point);
                 break;
             case 2:
-                pass_batch<2>(batch, picks, first, point);
+                pass<2>(batch, picks, first, point);
                 break;
             case 3:
-                pass_batch<3>(batch, picks, first, point);
+                pass<3>(batch, picks, first, point);
                 break;
             default:
-                pass_batch<4>(batch, picks, first, point);
+                pass<4>(batch, picks, first, point);
         }
     }
 }

@@ -9,9 +9,10 @@
 namespace lab {
 
 struct ReadyLight : LightTerm {
-    float bright;        // luminance of the intensity
-    float inner, outer;  // radii that its blend begins and ends at
-    float steepness;     // the lobe's sum changes by at most this much per length of the vector it is taken along
+    float bright;         // luminance of the intensity
+    float inner, outer;   // radii that its blend begins and ends at
+    float steepness;      // the lobe's sum changes by at most this much per length of the vector it is taken along
+    float least2, most2;  // squares of those radii, with a little to spare for rounding
     std::uint32_t index, level;
 };
 
