@@ -9,6 +9,7 @@
 #include "lab/interleave.h"
 #include "lab/jitter.h"
 #include "lab/lobe.h"
+#include "lab/packed_slots.h"
 #include "lab/random.h"
 #include "lab/reservoir.h"
 
@@ -97,6 +98,18 @@ py::array dealt_tile_(std::uint32_t count, std::uint32_t level, int n) {
     return to_numpy(std::move(out));
 }
 
+// (n, 3) slots (own, other, keep) and (n,) bits -> (n,) items as the packed slots tell them, -1 where they don't.
+py::array packed_items(const py::object& slots, const py::object& rest) {
+    const auto r = view<std::uint32_t>(rest, "rest");
+    const auto s = view<std::uint32_t>(slots, "slots", 3 * r.size());
+    std::vector<std::int64_t> out;
+    for (std::size_t i = 0; i < r.size(); ++i) {
+        const PackedSlot slot = pack({s[3 * i], s[3 * i + 1], s[3 * i + 2]});
+        out.push_back(packed_decides(slot, r[i]) ? std::int64_t{packed_item(slot, r[i])} : -1);
+    }
+    return to_numpy(std::move(out));
+}
+
 }  // namespace
 
 void bind_pure(py::module_& m) {
@@ -109,6 +122,7 @@ void bind_pure(py::module_& m) {
     m.def("race_key", &race_key_, py::arg("bits"), py::arg("weight"));
     m.def("sample_raised_cosine", &raised_cosine, py::arg("uniform"));
     m.def("dealt_tile", &dealt_tile_, py::arg("count"), py::arg("level"), py::arg("n"));
+    m.def("packed_items", &packed_items, py::arg("slots"), py::arg("rest"));
 }
 
 }  // namespace lab::bind

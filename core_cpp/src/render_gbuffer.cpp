@@ -10,6 +10,7 @@
 #include "lab/reservoir.h"
 #include "lab/select.h"
 #include "lab/side_by_side.h"
+#include "lab/stream_copy.h"
 #include "lab/texture_lanes.h"
 
 #include <hwy/highway.h>
@@ -142,57 +143,99 @@ vec3 lane(const Lanes* columns, int i) {
     return {columns[0][i], columns[1][i], columns[2][i]};
 }
 
+// Some blocks side by side: so many that their rows are whole lines of memory, which are written without being read
+// before, and that the textures' memory comes while other blocks are traced.
+constexpr int strip_blocks = 4;
+
+struct Strip {
+    static constexpr int width = strip_blocks * PixelBlocks::side, height = PixelBlocks::side;
+    using Plane = vec3[height][width];
+    Plane position, normal, geometric_normal, albedo, emission;
+    float depth[height][width];
+};
+
 // A whole block: each of its rows is four pixels, twelve numbers.
-HWY_INLINE void store_block(const Lanes* columns, std::size_t first, std::size_t width, Buffer<vec3>& plane) {
+HWY_INLINE void put_block(const Lanes* columns, int left, Strip::Plane& plane) {
     const hn::Full128<float> d;
-    auto* out = reinterpret_cast<float*>(plane.data() + first);
-    for (int row = 0; row < PixelBlocks::side; ++row, out += 3 * width) {
+    for (int row = 0; row < PixelBlocks::side; ++row) {
         const int i = row * PixelBlocks::side;
         hn::StoreInterleaved3(hn::LoadU(d, columns[0] + i), hn::LoadU(d, columns[1] + i), hn::LoadU(d, columns[2] + i),
-                              d, out);
+                              d, &plane[row][left].x);
     }
 }
 
-void store(const Seen& seen, const PixelBlocks& blocks, int column, int row, int count, GBufferData& g) {
-    const int left = column * PixelBlocks::side, top = row * PixelBlocks::side;
-    const auto width = static_cast<std::size_t>(blocks.width());
+// The block at pixel `left` of the strip; `across`: how many pixels wide the image lets it be.
+HWY_INLINE void put(const Seen& seen, int left, int across, int count, Strip& strip) {
     if (count == lanes) {
-        const std::size_t first = top * width + left;
-        store_block(seen.position, first, width, g.position);
-        store_block(seen.geometric_normal, first, width, g.geometric_normal);
-        store_block(seen.normal, first, width, g.normal);
-        store_block(seen.albedo, first, width, g.albedo);
-        store_block(seen.emission, first, width, g.emission);
-        for (int k = 0; k < PixelBlocks::side; ++k)
-            std::copy_n(seen.depth + k * PixelBlocks::side, PixelBlocks::side, g.depth.data() + first + k * width);
+        put_block(seen.position, left, strip.position);
+        put_block(seen.geometric_normal, left, strip.geometric_normal);
+        put_block(seen.normal, left, strip.normal);
+        put_block(seen.albedo, left, strip.albedo);
+        put_block(seen.emission, left, strip.emission);
+        for (int row = 0; row < PixelBlocks::side; ++row)
+            std::copy_n(seen.depth + row * PixelBlocks::side, PixelBlocks::side, strip.depth[row] + left);
         return;
     }
-    const int across = std::min(PixelBlocks::side, blocks.width() - left);
     for (int i = 0; i < count; ++i) {
-        const std::size_t p = (top + i / across) * width + left + i % across;
-        g.position[p] = lane(seen.position, i);
-        g.geometric_normal[p] = lane(seen.geometric_normal, i);
-        g.normal[p] = lane(seen.normal, i);
-        g.albedo[p] = lane(seen.albedo, i);
-        g.emission[p] = lane(seen.emission, i);
-        g.depth[p] = seen.depth[i];
+        const int x = left + i % across, y = i / across;
+        strip.position[y][x] = lane(seen.position, i);
+        strip.geometric_normal[y][x] = lane(seen.geometric_normal, i);
+        strip.normal[y][x] = lane(seen.normal, i);
+        strip.albedo[y][x] = lane(seen.albedo, i);
+        strip.emission[y][x] = lane(seen.emission, i);
+        strip.depth[y][x] = seen.depth[i];
     }
 }
 
-void RenderRow(const Scene& scene, const PixelBlocks& blocks, int row, GBufferData& g) {
+void store(const Strip& strip, const PixelBlocks& blocks, int left, int top, GBufferData& g) {
+    const auto across = static_cast<std::size_t>(std::min(Strip::width, blocks.width() - left));
+    for (int y = 0; y < std::min(Strip::height, blocks.height() - top); ++y) {
+        const std::size_t first = static_cast<std::size_t>(top + y) * blocks.width() + left;
+        stream_copy(&g.position[first], strip.position[y], across);
+        stream_copy(&g.geometric_normal[first], strip.geometric_normal[y], across);
+        stream_copy(&g.normal[first], strip.normal[y], across);
+        stream_copy(&g.albedo[first], strip.albedo[y], across);
+        stream_copy(&g.emission[first], strip.emission[y], across);
+        stream_copy(&g.depth[first], strip.depth[y], across);
+    }
+}
+
+// A block between tracing and shading.
+struct Traced {
     RayPacket rays;
     HitPacket hits;
-    Corners corners;
+    int count;
     Seen seen;
-    for (int column = 0; column < blocks.columns(); ++column) {
-        const int count = FillRays(blocks, column, row, rays);
-        scene.rays().intersect(rays, count, Coherence::coherent, hits);
-        find_corners(scene, hits, count, corners);
-        see_geometry(rays, hits, corners, g.pixel_angle, seen);
-        multiply_textures(scene, corners.material[3], seen.u, seen.v, seen.level, seen.albedo);
-        finish(blocks.camera(), rays, hits, seen);
-        store(seen, blocks, column, row, count, g);
+    Lanes texture;
+    TexelLanes texels;
+};
+
+void RenderRow(const Scene& scene, const PixelBlocks& blocks, int row, GBufferData& g) {
+    Traced traced[strip_blocks];
+    Corners corners;
+    Strip strip;
+    for (int column = 0; column < blocks.columns(); column += strip_blocks) {
+        const int wide = std::min(strip_blocks, blocks.columns() - column);
+        for (int b = 0; b < wide; ++b) {
+            Traced& t = traced[b];
+            t.count = FillRays(blocks, column + b, row, t.rays);
+            scene.rays().intersect(t.rays, t.count, Coherence::coherent, t.hits);
+            find_corners(scene, t.hits, t.count, corners);
+            see_geometry(t.rays, t.hits, corners, g.pixel_angle, t.seen);
+            std::copy_n(corners.material[3], lanes, t.texture);
+            find_texels(scene, t.texture, t.seen.u, t.seen.v, t.seen.level, t.texels);
+        }
+        const int left = column * PixelBlocks::side;
+        for (int b = 0; b < wide; ++b) {
+            Traced& t = traced[b];
+            multiply_textures(t.texture, t.texels, t.seen.albedo);
+            finish(blocks.camera(), t.rays, t.hits, t.seen);
+            const int x = b * PixelBlocks::side;
+            put(t.seen, x, std::min(PixelBlocks::side, blocks.width() - left - x), t.count, strip);
+        }
+        store(strip, blocks, left, row * PixelBlocks::side, g);
     }
+    finish_streams();
 }
 
 }  // namespace

@@ -1,11 +1,10 @@
 #include "lab/shadow_block.h"
 
-#include <hwy/cache_control.h>
-
 #include <algorithm>
 #include <bit>
 
 #include "lab/direct_light.h"
+#include "lab/stream_copy.h"
 
 namespace lab {
 namespace {
@@ -70,118 +69,79 @@ int ShadowBlock::side(int shadow_samples) {
 }
 
 void ShadowBlock::shade(int left, int top, std::size_t block) {
+    const int side = ShadowBlock::side(params_.shadow_samples);
     block_ = block;
-    collect(left, top);
+    left_ = left;
+    top_ = top;
+    right_ = std::min(g_.width, left + side);
+    bottom_ = std::min(g_.height, top + side);
+    find_origins();
     if (params_.shadow_samples > 0) {
-        draw_samples();
+        collect_rays();
         trace_samples();
-        accumulate();
     }
+    accumulate();
     light_directly();
+    store_direct();
 }
 
-// The block's pixels by squares of 4 x 4, which direct light traces as packets, and their picks by light: neighbours
-// in the list are neighbours in the grid, and what they are made of stays in the cache.
-void ShadowBlock::collect(int left, int top) {
-    const int k = params_.shadow_samples, channels = out_.channels;
-    const int side = ShadowBlock::side(k), right = std::min(g_.width, left + side);
-    const int bottom = std::min(g_.height, top + side);
-    pixels_.clear();
-    picks_.clear();
-    for (int y0 = top; y0 < bottom; y0 += 4)
-        for (int x0 = left; x0 < right; x0 += 4)
-            for (int y = y0; y < std::min(bottom, y0 + 4); ++y)
-                for (int x = x0; x < std::min(right, x0 + 4); ++x) {
-                    const std::size_t p = static_cast<std::size_t>(y) * g_.width + x;
-                    out_.direct[p] = out_.area[p] = vec3(0.0f);
-                    const auto row = static_cast<std::uint32_t>(pixels_.size());
-                    bool any = g_.depth[p] > 0;
-                    for (int s = 0; s < k; ++s) {
-                        const std::size_t slot = p * k + s;
-                        out_.visible[slot] = 0;
-                        if (lighting_.light[slot] < 0) {
-                            out_.point[slot] = vec3(0.0f);
-                            out_.member[slot] = -1;
-                            out_.omega[slot] = 0.0f;
-                            continue;
-                        }
-                        any = true;
-                        picks_.push_back(keyed(static_cast<std::uint32_t>(lighting_.light[slot]),
-                                               sample_name(row, static_cast<std::uint32_t>(s))));
-                    }
-                    for (int c = 0; c < channels; ++c)
-                        out_.shadowed[p * channels + c] = out_.weight[p * channels + c] = 0.0f;
-                    if (!any) continue;
-                    const LitPoint at = lit_point(g_, p);
-                    pixels_.push_back({at.position, 0.0f, at.normal, 0.0f,
-                                       scene_.off_surface(at.position, at.geometric_normal),
-                                       static_cast<std::uint32_t>(p)});
-                }
+void ShadowBlock::find_origins() {
+    origins_.resize(static_cast<std::size_t>(across()) * (bottom_ - top_));
+    RayRow* origin = origins_.data();
+    for (int y = top_; y < bottom_; ++y)
+        for (std::size_t p = pixel(left_, y); p < pixel(right_, y); ++p)
+            *origin++ = {scene_.off_surface(g_.position[p], g_.geometric_normal[p])};
 }
 
-void ShadowBlock::draw_samples() {
-    const auto lights = static_cast<std::uint32_t>(sampler_.hierarchy().position.size());
-    // Runs of neighbours are enough: one pass by the leading bits.
-    constexpr int digit_bits = 11;
-    const int low = std::max(0, static_cast<int>(std::bit_width(lights)) - digit_bits);
-    radix_sort<digit_bits>(picks_, spare_, low, digit_bits);
-    rays_.clear();
-    if (params_.shadow_estimator == ShadowEstimator::ratio_rgb)
-        share_rgb_.assign(pixels_.size() * params_.shadow_samples, vec3(0.0f));
-    SampleChunk chunk;
-    for (const Keyed pick : picks_) {
-        chunk.receiver[chunk.count] = row_of(value_of(pick));
-        chunk.sample[chunk.count] = sample_of(value_of(pick));
-        chunk.light[chunk.count] = key_of(pick);
-        if (++chunk.count == SampleChunk::capacity) put(chunk);
-    }
-    put(chunk);
-}
-
-void ShadowBlock::put(SampleChunk& chunk) {
-    sampler_.draw(pixels_, chunk);
+// The samples' rays, by where they end.
+void ShadowBlock::collect_rays() {
+    const int k = params_.shadow_samples, samples = across() * k;
     // S ignores rays whose share is zero; the average counts every one.
     const bool trace_all = params_.shadow_estimator == ShadowEstimator::average;
-    const int k = params_.shadow_samples;
-    for (int i = 0; i < chunk.count; ++i) {
-        const std::uint32_t row = chunk.receiver[i], s = chunk.sample[i];
-        const std::size_t slot = static_cast<std::size_t>(pixels_[row].pixel) * k + s;
-        out_.point[slot] = {chunk.x[i], chunk.y[i], chunk.z[i]};
-        out_.member[slot] = chunk.member[i];
-        out_.omega[slot] = chunk.omega[i];
-        if (trace_all || chunk.omega[i] > 0) rays_.push_back(keyed(chunk.place[i], sample_name(row, s)));
-        if (!share_rgb_.empty())
-            share_rgb_[row * k + s] =
-                sampler_.share_rgb(pixels_[row], chunk.light[i], chunk.omega[i], lighting_.target_weight[slot],
-                                   lighting_.weight_sum[pixels_[row].pixel]);
+    directions_.resize(origins_.size() * k);
+    rays_.resize(directions_.size());
+    place_.resize(samples);
+    RayRow* direction = directions_.data();
+    Keyed* ray = rays_.data();
+    std::uint32_t row = 0;
+    for (int y = top_; y < bottom_; ++y) {
+        const std::size_t first = pixel(left_, y) * k;
+        const vec3* point = &out_.point[first];
+        order_.places({point, static_cast<std::size_t>(samples)}, place_.data());
+        const std::int32_t* light = &lighting_.light[first];
+        const float* omega = &out_.omega[first];
+        const std::uint32_t* place = place_.data();
+        for (int x = left_; x < right_; ++x, ++row) {
+            const vec3 origin = origins_[row].of;
+            for (int s = 0; s < k; ++s, ++light, ++omega) {
+                *direction++ = {*point++ - origin};
+                *ray = keyed(*place++, sample_name(row, static_cast<std::uint32_t>(s)));
+                ray += trace_all ? *light >= 0 : *omega > 0;
+            }
+        }
     }
-    chunk.count = 0;
+    rays_.resize(static_cast<std::size_t>(ray - rays_.data()));
 }
 
 // Rays that end near each other go together: they begin near each other as well, and stay in one part of the tree.
 void ShadowBlock::trace_samples() {
-    radix_sort<9>(rays_, spare_, 0, 3 * SampleChunk::place_bits);
+    const auto k = static_cast<std::uint32_t>(params_.shadow_samples);
+    radix_sort<RayOrder::bits / 2>(rays_, spare_, 0, RayOrder::bits);
+    free_.assign(directions_.size(), 0);
     RayPacket packet;
-    std::size_t slot[RayPacket::size];
+    std::uint32_t row[RayPacket::size], sample[RayPacket::size];
     for (std::size_t first = 0; first < rays_.size(); first += RayPacket::size) {
+        const std::size_t last = rays_.size() - 1;
         const int count = static_cast<int>(std::min<std::size_t>(RayPacket::size, rays_.size() - first));
-        // While these rays are traced, the next ones' ends come nearer.
-        const std::size_t next = std::min(first + 2 * RayPacket::size, rays_.size());
-        for (std::size_t i = first + count; i < next; ++i) {
-            const LitPixel& at = pixels_[row_of(value_of(rays_[i]))];
-            hwy::Prefetch(&at.origin);
-            hwy::Prefetch(&out_.point[static_cast<std::size_t>(at.pixel) * params_.shadow_samples +
-                                      sample_of(value_of(rays_[i]))]);
+        for (int i = 0; i < RayPacket::size; ++i) {
+            const std::uint32_t name = value_of(rays_[std::min(first + i, last)]);
+            row[i] = row_of(name);
+            sample[i] = row[i] * k + sample_of(name);
+            packet.length[i] = shadow_ray_length;
         }
-        for (int i = 0; i < count; ++i) {
-            const std::uint32_t name = value_of(rays_[first + i]);
-            const LitPixel& at = pixels_[row_of(name)];
-            slot[i] = static_cast<std::size_t>(at.pixel) * params_.shadow_samples + sample_of(name);
-            packet.set(i, at.origin, out_.point[slot[i]] - at.origin, shadow_ray_length);
-        }
-        packet.pad(count);
+        fill_packet(origins_.data(), row, directions_.data(), sample, packet);
         const std::uint32_t free = trace_(block_, packet, count, Coherence::incoherent);
-        for (int i = 0; i < count; ++i) out_.visible[slot[i]] = (free >> i) & 1u;
+        for (int i = 0; i < count; ++i) free_[sample[i]] = (free >> i) & 1u;
     }
 }
 
@@ -189,61 +149,93 @@ void ShadowBlock::trace_samples() {
 void ShadowBlock::accumulate() {
     const int k = params_.shadow_samples, channels = out_.channels;
     const ShadowEstimator estimator = params_.shadow_estimator;
+    const bool rgb = estimator == ShadowEstimator::ratio_rgb, average = estimator == ShadowEstimator::average;
+    // The corrected estimator does not divide by U: S is relative to 1 wherever something was picked.
+    const bool corrected = estimator == ShadowEstimator::corrected;
     const float mean = 1.0f / static_cast<float>(k);
-    for (std::size_t row = 0; row < pixels_.size(); ++row) {
-        const std::size_t p = pixels_[row].pixel;
-        vec3 weight(0.0f), shadowed(0.0f);
-        bool any = false;
-        for (int s = 0; s < k; ++s) {
-            const std::size_t slot = p * k + s;
-            if (lighting_.light[slot] < 0) continue;
-            any = true;
-            const vec3 share = estimator == ShadowEstimator::ratio_rgb ? share_rgb_[row * k + s]
-                               : estimator == ShadowEstimator::average ? vec3(1.0f)
-                                                                       : vec3(out_.omega[slot]);
-            weight += share * mean;
-            if (out_.visible[slot]) shadowed += share * mean;
-        }
-        // The corrected estimator does not divide by U: S is relative to 1 wherever something was picked.
-        if (estimator == ShadowEstimator::corrected && any) weight = vec3(1.0f);
-        for (int c = 0; c < channels; ++c) {
-            out_.weight[p * channels + c] = weight[c];
-            out_.shadowed[p * channels + c] = shadowed[c];
+    const std::uint8_t* free = free_.data();
+    for (int y = top_; y < bottom_; ++y) {
+        const std::size_t first = pixel(left_, y), end = pixel(right_, y);
+        if (k > 0) std::copy_n(free, across() * k, &out_.visible[first * k]);
+        const std::int32_t* light = lighting_.light.data() + first * k;
+        const float* omega = out_.omega.data() + first * k;
+        for (std::size_t p = first; p < end; ++p, free += k, light += k, omega += k) {
+            vec3 weight(0.0f), shadowed(0.0f);
+            bool any = false;
+            for (int s = 0; s < k; ++s) {  // without branches where it can be: nobody can foretell their way
+                const bool picked = light[s] >= 0;
+                any |= picked;
+                if (rgb) {
+                    if (!picked) continue;
+                    const vec3 share = sampler_.share_rgb(p, p * k + s, omega[s]) * mean;
+                    weight += share;
+                    if (free[s] != 0) shadowed += share;
+                } else {
+                    const float share = (average ? (picked ? 1.0f : 0.0f) : omega[s]) * mean;
+                    weight.x += share;
+                    shadowed.x += free[s] != 0 ? share : 0.0f;
+                }
+            }
+            if (corrected && any) weight.x = 1.0f;
+            for (int c = 0; c < channels; ++c) {
+                out_.weight[p * channels + c] = weight[c];
+                out_.shadowed[p * channels + c] = shadowed[c];
+            }
         }
     }
+}
+
+// The block's pixels that show a surface, by squares of 4 x 4, which direct light traces as packets.
+template <class Visit>
+void ShadowBlock::for_seen(const Visit& visit) const {
+    for (int y0 = top_; y0 < bottom_; y0 += 4)
+        for (int x0 = left_; x0 < right_; x0 += 4)
+            for (int y = y0; y < std::min(bottom_, y0 + 4); ++y)
+                for (int x = x0; x < std::min(right_, x0 + 4); ++x)
+                    if (const std::size_t p = pixel(x, y); g_.depth[p] > 0) visit(p, row(x, y));
 }
 
 template <class Candidate>
 void ShadowBlock::one_ray_each(const Candidate& candidate) {
-    PacketQueue queue(trace_, block_, Coherence::coherent, out_.direct);
-    for (const LitPixel& at : pixels_) {
-        if (!(g_.depth[at.pixel] > 0)) continue;
-        const DirectCandidate c = candidate(lit_point(g_, at.pixel));
-        if (c.irradiance != vec3(0.0f)) queue.push(c.ray, at.pixel, c.irradiance);
-    }
+    PacketQueue queue(trace_, block_, Coherence::coherent, direct_);
+    for_seen([&](std::size_t p, std::uint32_t row) {
+        const DirectCandidate c = candidate(p, row);
+        if (c.irradiance != vec3(0.0f)) queue.push(c.ray, row, c.irradiance);
+    });
     queue.flush();
 }
 
 void ShadowBlock::light_directly() {
+    direct_.assign(origins_.size(), vec3(0.0f));
+    area_.assign(origins_.size(), vec3(0.0f));
     const SceneData& data = scene_.data();
-    for (const SunLight& sun : data.suns) one_ray_each([&](const LitPoint& at) { return from_sun(scene_, sun, at); });
+    for (const SunLight& sun : data.suns)
+        one_ray_each([&](std::size_t p, std::uint32_t row) { return from_sun(sun, g_.normal[p], origins_[row].of); });
     for (const PointLight& light : data.points)
-        one_ray_each([&](const LitPoint& at) { return from_point(scene_, light, at); });
+        one_ray_each([&](std::size_t p, std::uint32_t) { return from_point(scene_, light, lit_point(g_, p)); });
     for (const SpotLight& spot : data.spots)
-        one_ray_each([&](const LitPoint& at) { return from_spot(scene_, spot, at); });
+        one_ray_each([&](std::size_t p, std::uint32_t) { return from_spot(scene_, spot, lit_point(g_, p)); });
     if (scene_.emitters().empty() || params_.direct_samples == 0) return;
     const float share = 1.0f / static_cast<float>(params_.direct_samples);
-    PacketQueue queue(trace_, block_, Coherence::incoherent, out_.area);
-    for (const LitPixel& at : pixels_) {
-        if (!(g_.depth[at.pixel] > 0)) continue;
-        const LitPoint point = lit_point(g_, at.pixel);
+    PacketQueue queue(trace_, block_, Coherence::incoherent, area_);
+    for_seen([&](std::size_t p, std::uint32_t row) {
+        const LitPoint point = lit_point(g_, p);
         for (std::uint32_t s = 0; s < static_cast<std::uint32_t>(params_.direct_samples); ++s) {
-            const Random4 r = random4(at.pixel, s, Stream::area, sampler_.key());
+            const Random4 r = random4(static_cast<std::uint32_t>(p), s, Stream::area, sampler_.key());
             const DirectCandidate c = from_emitters(scene_, point, r);
-            if (c.irradiance != vec3(0.0f)) queue.push(c.ray, at.pixel, c.irradiance * share);
+            if (c.irradiance != vec3(0.0f)) queue.push(c.ray, row, c.irradiance * share);
         }
-    }
+    });
     queue.flush();
+}
+
+void ShadowBlock::store_direct() {
+    const auto count = static_cast<std::size_t>(across());
+    for (int y = top_; y < bottom_; ++y) {
+        stream_copy(&out_.direct[pixel(left_, y)], &direct_[row(left_, y)], count);
+        stream_copy(&out_.area[pixel(left_, y)], &area_[row(left_, y)], count);
+    }
+    finish_streams();
 }
 
 }  // namespace lab

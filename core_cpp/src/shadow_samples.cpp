@@ -4,10 +4,12 @@
 
 #include "lab/jitter.h"
 #include "lab/light.h"
+#include "lab/member_lanes.h"
 #include "lab/random.h"
 #include "lab/select.h"
 #include "lab/shadow_samples.h"
 #include "lab/side_by_side.h"
+#include "lab/stream_copy.h"
 
 #include <hwy/cache_control.h>
 #include <hwy/highway.h>
@@ -17,23 +19,48 @@ namespace lab {
 namespace HWY_NAMESPACE {
 namespace {
 
-constexpr int capacity = SampleChunk::capacity;
+struct Receivers {
+    Column x, y, z, nx, ny, nz;
+    Bits pixel, sample;
+};
 
-// The grid lights' part of omega: receiver's cosine times the lobe's emission. Column k begins at k * capacity.
-void grid_light_parts(const float* at, const float* light, int count, float* whole) {
-    const auto column = [](const float* columns, int k) { return columns + static_cast<std::size_t>(k) * capacity; };
+// `count` samples, each pixel's side by side.
+void load_receivers(const GBufferView& g, std::size_t first, int pixels, int samples, Receivers& at) {
+    namespace hn = hwy::HWY_NAMESPACE;
+    const hn::Full128<float> d;
+    const hn::Full128<std::uint32_t> du;
+    for (int i = 0; i < pixels; ++i) {
+        const vec3 position = g.position[first + i], normal = g.normal[first + i];
+        const auto pixel = hn::Set(du, static_cast<std::uint32_t>(first + i));
+        const auto x = hn::Set(d, position.x), y = hn::Set(d, position.y), z = hn::Set(d, position.z);
+        const auto nx = hn::Set(d, normal.x), ny = hn::Set(d, normal.y), nz = hn::Set(d, normal.z);
+        for (int s = 0; s < samples; s += 4) {
+            const int j = i * samples + s;
+            hn::StoreU(x, d, at.x + j);
+            hn::StoreU(y, d, at.y + j);
+            hn::StoreU(z, d, at.z + j);
+            hn::StoreU(nx, d, at.nx + j);
+            hn::StoreU(ny, d, at.ny + j);
+            hn::StoreU(nz, d, at.nz + j);
+            hn::StoreU(pixel, du, at.pixel + j);
+            hn::StoreU(hn::Iota(du, static_cast<std::uint32_t>(s)), du, at.sample + j);
+        }
+    }
+}
+
+// The grid lights' part of omega: receiver's cosine times the lobe's emission.
+void grid_light_parts(const Receivers& at, const float* light, int count, float* whole) {
+    const auto column = [](const float* columns, int k) { return columns + static_cast<std::size_t>(k) * width; };
     const float *lx = light, *ly = column(light, 1), *lz = column(light, 2);
-    const float *px = at, *py = column(at, 1), *pz = column(at, 2);
-    const float *nx = column(at, 4), *ny = column(at, 5), *nz = column(at, 6);
     const float *mx = column(light, 3), *my = column(light, 4), *mz = column(light, 5);
     const float *xx = column(light, 6), *yy = column(light, 7), *zz = column(light, 8);
     const float *xy = column(light, 9), *xz = column(light, 10), *yz = column(light, 11), *constant = column(light, 12);
 #pragma omp simd
     for (int i = 0; i < count; ++i) {
-        const float vx = lx[i] - px[i], vy = ly[i] - py[i], vz = lz[i] - pz[i];
+        const float vx = lx[i] - at.x[i], vy = ly[i] - at.y[i], vz = lz[i] - at.z[i];
         const float d2 = vx * vx + vy * vy + vz * vz;
         const float inverse = 1.0f / std::sqrt(larger(d2, std::numeric_limits<float>::min()));
-        const float cosine = larger(0.0f, (nx[i] * vx + ny[i] * vy + nz[i] * vz) * inverse);
+        const float cosine = larger(0.0f, (at.nx[i] * vx + at.ny[i] * vy + at.nz[i] * vz) * inverse);
         // emission(), without its struct, which GCC does not take apart in a loop.
         const float square = vx * (xx[i] * vx + 2.0f * (xy[i] * vy + xz[i] * vz)) +
                              vy * (yy[i] * vy + 2.0f * yz[i] * vz) + vz * (zz[i] * vz);
@@ -43,163 +70,137 @@ void grid_light_parts(const float* at, const float* light, int count, float* who
     }
 }
 
-struct RandomColumns {
-    std::uint32_t x[capacity], y[capacity], z[capacity];
+// Candidate i of each sample: what is drawn, and the bits that decide about it.
+struct Candidates {
+    Bits member, bits;
 };
 
-// The next numbers of all sequences.
-void advance(RandomColumns& random, int count) {
-#pragma omp simd
-    for (int j = 0; j < count; ++j) random.x[j] = pcg(random.y[j]);
-}
-
-// Members of many lights at a time: each is drawn from a finer level, down to S1 and then to S0. The memory that a step
-// will read is asked for while the others' addresses are found, so that nobody waits for it alone. Picks next to each
-// other are of one level, mostly, and arrive together: those that have arrived go along unchanged.
-void draw_members(const HierarchyView& h, const MemberRow* rows, RandomColumns& random, int count,
-                  std::uint32_t* light) {
-    const auto inputs = static_cast<std::uint32_t>(h.input_index.size());
-    const std::int64_t* offset = h.members.offset.data();
-    const AliasSlot* slots = h.members.slot.data();
-    const AliasSlot* slot[capacity];
-    std::uint32_t rest[capacity];
-    const auto ask_for = [&](std::uint32_t next) {
-        const void* row = next < inputs ? static_cast<const void*>(rows + next) : offset + (next - inputs);
-        hwy::Prefetch(static_cast<const char*>(row));
-    };
-    std::uint32_t coarsest = 0;
-    for (int j = 0; j < count; ++j) {
-        ask_for(light[j]);
-        coarsest = light[j] > coarsest ? light[j] : coarsest;
-    }
-    while (coarsest >= inputs) {
-        for (int j = 0; j < count; ++j) {
-            const std::size_t row = light[j] < inputs ? 0 : light[j] - inputs;
-            const std::int64_t first = offset[row];
-            const AliasChoice choice = alias_choice(static_cast<std::uint64_t>(offset[row + 1] - first), random.x[j]);
-            slot[j] = slots + first + choice.slot;
-            rest[j] = choice.rest;
-            hwy::Prefetch(slot[j]);
-            hwy::Prefetch(&slot[j]->keep);  // may lie in the next line
-        }
-        advance(random, count);
-        coarsest = 0;
-        for (int j = 0; j < count; ++j) {
-            const std::uint32_t chosen = alias_item(*slot[j], rest[j]);
-            light[j] = light[j] < inputs ? light[j] : chosen;
-            ask_for(light[j]);
-            coarsest = light[j] > coarsest ? light[j] : coarsest;
-        }
-    }
-}
-
-LAB_INLINE std::uint32_t spread(std::uint32_t x) {
-    x = (x | x << 8) & 0x0300f00fu;
-    x = (x | x << 4) & 0x030c30c3u;
-    return (x | x << 2) & 0x09249249u;
-}
-
-// Where rays end, along a curve that fills the scene's cube.
-void places(const SampleBox& box, int count, SampleChunk& chunk) {
-    constexpr float last = (1 << SampleChunk::place_bits) - 1;
-#pragma omp simd
-    for (int j = 0; j < count; ++j) {
-        const float x = larger(0.0f, smaller(last, (chunk.x[j] - box.low.x) * box.scale));
-        const float y = larger(0.0f, smaller(last, (chunk.y[j] - box.low.y) * box.scale));
-        const float z = larger(0.0f, smaller(last, (chunk.z[j] - box.low.z) * box.scale));
-        const auto cx = static_cast<std::uint32_t>(static_cast<std::int32_t>(x));
-        const auto cy = static_cast<std::uint32_t>(static_cast<std::int32_t>(y));
-        const auto cz = static_cast<std::uint32_t>(static_cast<std::int32_t>(z));
-        chunk.place[j] = spread(cx) | spread(cy) << 1 | spread(cz) << 2;
-    }
-}
-
-void hash(const std::uint32_t* pixel, const std::uint32_t* sample, std::uint32_t candidates, std::uint32_t i,
-          std::uint32_t key, int count, RandomColumns& out) {
+void draw_candidates(const Sampler& sampler, const Receivers& at, const std::uint32_t* light, std::uint32_t candidates,
+                     std::uint32_t i, int count, Candidates& out) {
+    const std::uint32_t key = sampler.key();
+    const std::uint32_t *pixel = at.pixel, *sample = at.sample;
+    RandomColumns random;
 #pragma omp simd
     for (int j = 0; j < count; ++j) {
         const Random4 r = random4(pixel[j], sample[j] * candidates + i, Stream::member, key);
-        out.x[j] = r.x;
-        out.y[j] = r.y;
-        out.z[j] = r.z;
+        random.x[j] = r.x;
+        random.y[j] = r.y;
+        out.bits[j] = r.z;
     }
+    std::copy_n(light, count, out.member);
+    draw_members(sampler, random, count, out.member);
 }
+
+// The candidate that leads so far, and the sum of the omegas.
+struct Chosen {
+    Column x, y, z, omega;
+    Bits member;
+};
 
 // omega of one candidate: the member's cosines over the grid light's. Members that face away don't count; distance is
 // left out on purpose, a near member would spike. The candidate replaces the one before in proportion to its omega.
-void weigh(const float (*at)[capacity], const float (*member)[capacity], const float* whole, const std::uint32_t* bits,
-           const std::int32_t* candidate, float omega_max, bool first, int count, SampleChunk& chunk) {
+void weigh(const Receivers& at, const float (*member)[width], const float* whole, const Candidates& candidate,
+           float omega_max, bool first, int count, Chosen& chosen) {
 #pragma omp simd
     for (int j = 0; j < count; ++j) {
-        const float tx = member[0][j] - at[0][j], ty = member[1][j] - at[1][j], tz = member[2][j] - at[2][j];
+        const float tx = member[0][j] - at.x[j], ty = member[1][j] - at.y[j], tz = member[2][j] - at.z[j];
         const float d2 = tx * tx + ty * ty + tz * tz;
         const float inverse = 1.0f / std::sqrt(larger(d2, std::numeric_limits<float>::min()));
-        const float cosine = larger(0.0f, (at[4][j] * tx + at[5][j] * ty + at[6][j] * tz) * inverse);
+        const float cosine = larger(0.0f, (at.nx[j] * tx + at.ny[j] * ty + at.nz[j] * tz) * inverse);
         // A single light has one normal, for which every lobe is the plain cosine, or none.
         const float facing = member[4][j] * tx + member[5][j] * ty + member[6][j] * tz;
         const float emitted = larger(0.0f, -facing * inverse) + member[3][j];
         const float ratio = smaller(omega_max, cosine * emitted / whole[j]);
         const float omega = whole[j] > 0.0f ? ratio : 0.0f;
-        const float sum = (first ? 0.0f : chunk.omega[j]) + omega;
-        const bool take = first | (to_unit(bits[j]) * sum < omega);
-        chunk.omega[j] = sum;
-        chunk.member[j] = take ? candidate[j] : chunk.member[j];
-        chunk.x[j] = take ? member[0][j] : chunk.x[j];
-        chunk.y[j] = take ? member[1][j] : chunk.y[j];
-        chunk.z[j] = take ? member[2][j] : chunk.z[j];
+        const float sum = (first ? 0.0f : chosen.omega[j]) + omega;
+        const bool take = first | (to_unit(candidate.bits[j]) * sum < omega);
+        chosen.omega[j] = sum;
+        chosen.member[j] = take ? candidate.member[j] : chosen.member[j];
+        chosen.x[j] = take ? member[0][j] : chosen.x[j];
+        chosen.y[j] = take ? member[1][j] : chosen.y[j];
+        chosen.z[j] = take ? member[2][j] : chosen.z[j];
     }
+}
+
+void grid_lights(const Sampler& sampler, const Receivers& at, const std::uint32_t* light, std::uint32_t inputs,
+                 int count, float* whole) {
+    if (sampler.params().receiver == Receiver::soft) {
+        for (int j = 0; j < count; ++j) {
+            const Received r = sampler.receive_at(light[j], at.pixel[j]);
+            whole[j] = r.cosine * r.emission;
+        }
+        return;
+    }
+    Bits row;
+    float columns[16][width];
+    for (int j = 0; j < count; ++j) row[j] = light[j] < inputs ? 0 : light[j] - inputs;
+    side_by_side<4>(sampler.grid_lights().data(), row, count, columns);
+    grid_light_parts(at, columns[0], count, whole);
+}
+
+// Samples without a light have no point.
+void store(Chosen& chosen, const std::int32_t* picked, std::size_t slot, int count, ShadowData& out) {
+    namespace hn = hwy::HWY_NAMESPACE;
+    const hn::Full128<float> d;
+#pragma omp simd
+    for (int j = 0; j < count; ++j) {
+        const bool any = picked[j] >= 0;
+        chosen.x[j] = any ? chosen.x[j] : 0.0f;
+        chosen.y[j] = any ? chosen.y[j] : 0.0f;
+        chosen.z[j] = any ? chosen.z[j] : 0.0f;
+        chosen.omega[j] = any ? chosen.omega[j] : 0.0f;
+        chosen.member[j] = any ? chosen.member[j] : ~0u;
+    }
+    float point[3 * width];
+    for (int j = 0; j < count; j += 4)
+        hn::StoreInterleaved3(hn::LoadU(d, chosen.x + j), hn::LoadU(d, chosen.y + j), hn::LoadU(d, chosen.z + j), d,
+                              point + 3 * j);
+    stream_copy(&out.point[slot].x, point, 3 * static_cast<std::size_t>(count));
+    stream_copy(&out.omega[slot], chosen.omega, static_cast<std::size_t>(count));
+    stream_copy(reinterpret_cast<std::uint32_t*>(&out.member[slot]), chosen.member, static_cast<std::size_t>(count));
 }
 
 // One of a few members drawn from the grid light, in proportion to their omegas, and the mean of these: the same
 // expectation as of a single draw (resampling, Talbot et al. 2005), with less noise and fewer rays to members that
 // face away.
-void DrawMembers(const Sampler& sampler, const std::vector<LitPixel>& receivers, SampleChunk& chunk) {
-    const HierarchyView& h = sampler.hierarchy();
+void draw_chunk(const Sampler& sampler, std::size_t first, int pixels, ShadowData& out) {
     const Params& params = sampler.params();
-    const auto inputs = static_cast<std::uint32_t>(h.input_index.size());
-    const int count = (chunk.count + 15) / 16 * 16;  // whole vectors: the first sample fills up
-    float at[8][capacity], light[16][capacity], member[8][capacity];
-    float whole[capacity];
-    std::uint32_t pixel[capacity], row[capacity];
-    std::int32_t candidate[capacity];
+    const auto inputs = static_cast<std::uint32_t>(sampler.hierarchy().input_index.size());
+    const int k = params.shadow_samples, samples = pixels * k, count = (samples + 15) / 16 * 16;  // whole vectors
+    const std::int32_t* picked = &sampler.lighting().light[first * k];
+    Receivers at;
+    load_receivers(sampler.gbuffer(), first, pixels, k, at);
+    Bits light;
     for (int j = 0; j < count; ++j) {
-        if (j >= chunk.count) {
-            chunk.receiver[j] = chunk.receiver[0];
-            chunk.sample[j] = chunk.sample[0];
-            chunk.light[j] = chunk.light[0];
-        }
-        pixel[j] = receivers[chunk.receiver[j]].pixel;
-        row[j] = chunk.light[j] < inputs ? 0 : chunk.light[j] - inputs;
+        light[j] = j < samples && picked[j] >= 0 ? static_cast<std::uint32_t>(picked[j]) : 0u;
     }
-    side_by_side<2>(receivers.data(), chunk.receiver, count, at);
-    if (params.receiver == Receiver::soft) {
-        for (int j = 0; j < count; ++j) {
-            const Received r = sampler.receive_at(chunk.light[j], receivers[chunk.receiver[j]]);
-            whole[j] = r.cosine * r.emission;
-        }
-    } else {
-        side_by_side<4>(sampler.grid_lights().data(), row, count, light);
-        grid_light_parts(at[0], light[0], count, whole);
-    }
+    for (int j = samples; j < count; ++j) at.pixel[j] = at.pixel[0];
+    Column whole;
+    grid_lights(sampler, at, light, inputs, count, whole);
     // The average is over members as they are, whatever their omegas.
     const bool plain = params.shadow_estimator == ShadowEstimator::average;
     const std::uint32_t candidates = plain ? 1 : static_cast<std::uint32_t>(params.member_candidates);
+    // While one candidate is weighed, the next one's row comes nearer.
+    Candidates drawn[2];
+    Chosen chosen;
+    float member[8][width];
+    draw_candidates(sampler, at, light, candidates, 0, count, drawn[0]);
     for (std::uint32_t i = 0; i < candidates; ++i) {
-        RandomColumns random;
-        hash(pixel, chunk.sample, candidates, i, sampler.key(), count, random);
-        std::copy_n(chunk.light, count, row);
-        draw_members(h, sampler.members().data(), random, count, row);
-        for (int j = 0; j < count; ++j) candidate[j] = static_cast<std::int32_t>(row[j]);
-        side_by_side<2>(sampler.members().data(), row, count, member);
-        weigh(at, member, whole, random.z, candidate, params.omega_max, i == 0, count, chunk);
+        if (i + 1 < candidates) draw_candidates(sampler, at, light, candidates, i + 1, count, drawn[(i + 1) % 2]);
+        side_by_side<2>(sampler.members().data(), drawn[i % 2].member, count, member);
+        weigh(at, member, whole, drawn[i % 2], params.omega_max, i == 0, count, chosen);
     }
     const float share = 1.0f / static_cast<float>(candidates);
 #pragma omp simd
-    for (int j = 0; j < count; ++j) chunk.omega[j] = chunk.light[j] < inputs ? 1.0f : chunk.omega[j] * share;
+    for (int j = 0; j < count; ++j) chosen.omega[j] = light[j] < inputs ? 1.0f : chosen.omega[j] * share;
+    store(chosen, picked, first * k, samples, out);
 }
 
-void FindPlaces(const SampleBox& box, SampleChunk& chunk) {
-    places(box, chunk.count, chunk);
+void DrawMembers(const Sampler& sampler, std::size_t first, std::size_t count, ShadowData& out) {
+    const std::size_t pixels = capacity / sampler.params().shadow_samples;
+    for (std::size_t i = 0; i < count; i += pixels)
+        draw_chunk(sampler, first + i, static_cast<int>(count - i < pixels ? count - i : pixels), out);
+    finish_streams();
 }
 
 }  // namespace
@@ -211,19 +212,21 @@ HWY_AFTER_NAMESPACE();
 namespace lab {
 
 HWY_EXPORT(DrawMembers);
-HWY_EXPORT(FindPlaces);
 
-Sampler::Sampler(const HierarchyView& hierarchy, const Params& params, const Scene& scene)
+Sampler::Sampler(const HierarchyView& hierarchy, const GBufferView& gbuffer, const LightingView& lighting,
+                 const Params& params, const Scene& scene)
     : h_(hierarchy),
+      g_(gbuffer),
+      lighting_(lighting),
       params_(params),
       settings_(params, scene.radius()),
-      key_(frame_key(params.seed, params.frame)),
-      box_{scene.centre() - scene.radius(), (1 << SampleChunk::place_bits) / (2 * scene.radius())} {
+      key_(frame_key(params.seed, params.frame)) {
     for (int level = 0; level <= h_.top(); ++level) scale_.push_back(deal_scale(h_, level, params));
     if (params.shadow_points != ShadowPoints::members || params.shadow_samples == 0) return;
     const auto inputs = static_cast<std::int64_t>(h_.input_index.size());
     const auto lights = static_cast<std::int64_t>(h_.position.size());
     members_.resize(inputs);
+    slots_ = packed(h_.members.slot);
     grid_lights_.resize(std::max<std::int64_t>(1, lights - inputs));
 #pragma omp parallel for schedule(static)
     for (std::int64_t i = 0; i < lights; ++i) {
@@ -244,36 +247,41 @@ LightTerm Sampler::term(std::uint32_t pick) const {
     return light_term(h_, pick, level, settings_, scale_[level]);
 }
 
-Received Sampler::receive_at(std::uint32_t pick, const LitPixel& at) const {
+Received Sampler::receive_at(std::uint32_t pick, std::size_t pixel) const {
+    const vec3 position = g_.position[pixel], normal = g_.normal[pixel];
     return with_kinds(settings_, [&]<bool soft, bool clamped>() {
-        return receive<soft, clamped>(term(pick), settings_.clamp2, at.position.x, at.position.y, at.position.z,
-                                      at.normal.x, at.normal.y, at.normal.z);
+        return receive<soft, clamped>(term(pick), settings_.clamp2, position.x, position.y, position.z, normal.x,
+                                      normal.y, normal.z);
     });
 }
 
-vec3 Sampler::share_rgb(const LitPixel& at, std::uint32_t pick, float omega, float f, float sum) const {
-    return term(pick).intensity * (receive_at(pick, at).weight * omega * (f > 0 ? sum / f : 0.0f));
+vec3 Sampler::share_rgb(std::size_t pixel, std::size_t slot, float omega) const {
+    const auto pick = static_cast<std::uint32_t>(lighting_.light[slot]);
+    const float f = lighting_.target_weight[slot], sum = lighting_.weight_sum[pixel];
+    return term(pick).intensity * (receive_at(pick, pixel).weight * omega * (f > 0 ? sum / f : 0.0f));
 }
 
-void Sampler::jitter(const std::vector<LitPixel>& receivers, SampleChunk& chunk) const {
-    for (int j = 0; j < chunk.count; ++j) {
-        const Random4 r = random4(receivers[chunk.receiver[j]].pixel, chunk.sample[j], Stream::jitter, key_);
-        const vec3 point = jittered_point(h_, chunk.light[j], params_.deviation_scale, r);
-        chunk.x[j] = point.x;
-        chunk.y[j] = point.y;
-        chunk.z[j] = point.z;
-        chunk.omega[j] = 1.0f;
-        chunk.member[j] = -1;
-    }
+void Sampler::jitter(std::size_t first, std::size_t count, ShadowData& out) const {
+    const int k = params_.shadow_samples;
+    for (std::size_t p = first; p < first + count; ++p)
+        for (int s = 0; s < k; ++s) {
+            const std::size_t slot = p * k + s;
+            const std::int32_t light = lighting_.light[slot];
+            const Random4 r =
+                random4(static_cast<std::uint32_t>(p), static_cast<std::uint32_t>(s), Stream::jitter, key_);
+            out.point[slot] = light < 0
+                                  ? vec3(0.0f)
+                                  : jittered_point(h_, static_cast<std::uint32_t>(light), params_.deviation_scale, r);
+            out.omega[slot] = light < 0 ? 0.0f : 1.0f;
+            out.member[slot] = -1;
+        }
 }
 
-void Sampler::draw(const std::vector<LitPixel>& receivers, SampleChunk& chunk) const {
-    if (chunk.count == 0) return;
+void Sampler::draw(std::size_t first, std::size_t count, ShadowData& out) const {
     if (params_.shadow_points == ShadowPoints::jitter)
-        jitter(receivers, chunk);
+        jitter(first, count, out);
     else
-        HWY_DYNAMIC_DISPATCH(DrawMembers)(*this, receivers, chunk);
-    HWY_DYNAMIC_DISPATCH(FindPlaces)(box_, chunk);
+        HWY_DYNAMIC_DISPATCH(DrawMembers)(*this, first, count, out);
 }
 
 }  // namespace lab

@@ -1,5 +1,7 @@
 #include "lab/trace_shadow_rays.h"
 
+#include <algorithm>
+
 #include "lab/shadow_block.h"
 #include "lab/trace_paths.h"
 
@@ -36,12 +38,20 @@ ShadowData trace_shadow_rays(const Scene& scene, const HierarchyView& h, const G
     out.weight.resize(pixels * out.channels);
     out.direct.resize(pixels);
     out.area.resize(pixels);
-    const Sampler sampler(h, params, scene);
+    const Sampler sampler(h, g, lighting, params, scene);
+    const RayOrder order(scene);
     const int side = ShadowBlock::side(params.shadow_samples);
     const int columns = (g.width + side - 1) / side, blocks = static_cast<int>(shadow_blocks(g, params));
 #pragma omp parallel
     {
-        ShadowBlock block(scene, g, lighting, params, sampler, trace, out);
+        // All is drawn before the first ray is traced: lights and tree do not fit the caches together.
+        if (params.shadow_samples > 0) {
+            constexpr std::int64_t run = 1024;
+#pragma omp for schedule(dynamic)
+            for (std::int64_t first = 0; first < static_cast<std::int64_t>(pixels); first += run)
+                sampler.draw(first, std::min(run, static_cast<std::int64_t>(pixels) - first), out);
+        }
+        ShadowBlock block(scene, sampler, order, trace, out);
 #pragma omp for schedule(dynamic)
         for (int b = 0; b < blocks; ++b) block.shade(b % columns * side, b / columns * side, b);
     }

@@ -291,3 +291,24 @@ def test_dealing_has_no_pattern_from_run_to_run_or_level_to_level(n):
     assert len({tuple(run) for run in one.tolist()}) >= 8
     repeated = np.mean(one[1:, 0] == one[:-1, 0])
     assert repeated < 1 / n**2 + 4 * (1 / n**2 / 63) ** 0.5
+
+
+def test_packed_slots_tell_the_very_item_or_that_they_cannot():
+    rng = np.random.default_rng(5)
+    n = 20_000
+    slots = rng.integers(0, 2**24 - 1, (n, 3), dtype=np.uint32)
+    slots[:, 2] = rng.integers(0, 2**32, n, dtype=np.uint32)
+    rest = rng.integers(0, 2**32, n, dtype=np.uint32)
+    rest[::4] = slots[::4, 2] ^ rng.integers(0, 4, n // 4, dtype=np.uint32)  # so near that the low bits decide
+    slots[1::4, 0] += np.uint32(2**24)  # as of more than 16 million lights
+    slots[2::4, 1] += np.uint32(2**24)
+    slots[3, :2] = 2**24 - 2, 2**24 - 1  # one too large to tell
+    slots[7, :2] = 2**24 - 1, 0  # which marks those
+    found = _core.packed_items(slots, rest)
+    item = np.where(rest < slots[:, 2], slots[:, 0], slots[:, 1])
+    told = found >= 0
+    np.testing.assert_array_equal(found[told], item[told])
+    large = (slots[:, :2] >= 2**24).any(axis=1)
+    assert not told[large].any()
+    assert not told[::4].any()
+    assert told[11::4].mean() > 0.999

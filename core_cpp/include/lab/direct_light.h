@@ -19,10 +19,13 @@ struct LitPoint {
     vec3 position, normal, geometric_normal;  // normals toward the viewer
 };
 
-inline DirectCandidate from_sun(const Scene& scene, const SunLight& sun, const LitPoint& at) {
-    const float cosine = larger(0.0f, glm::dot(at.normal, sun.to_sun));
-    const vec3 origin = scene.off_surface(at.position, at.geometric_normal);
+// `origin`: just off the surface.
+inline DirectCandidate from_sun(const SunLight& sun, const vec3& normal, const vec3& origin) {
+    const float cosine = larger(0.0f, glm::dot(normal, sun.to_sun));
     return {{origin, sun.to_sun, std::numeric_limits<float>::infinity()}, sun.irradiance * cosine};
+}
+inline DirectCandidate from_sun(const Scene& scene, const SunLight& sun, const LitPoint& at) {
+    return from_sun(sun, at.normal, scene.off_surface(at.position, at.geometric_normal));
 }
 DirectCandidate from_point(const Scene& scene, const PointLight& point, const LitPoint& at);
 DirectCandidate from_spot(const Scene& scene, const SpotLight& spot, const LitPoint& at);

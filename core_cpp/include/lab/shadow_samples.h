@@ -1,46 +1,15 @@
-// Shadow samples once their lights are picked: where each ray goes and what it counts (LY19 3.3), for a few hundred
-// picks at a time.
+// Shadow samples once their lights are picked: where each ray goes and what it counts (LY19 3.3).
 #pragma once
 
 #include "lab/buffer.h"
 #include "lab/contribution.h"
-#include "lab/direct_light.h"
+#include "lab/packed_slots.h"
 #include "lab/params.h"
 #include "lab/records.h"
+#include "lab/scene.h"
+#include "lab/trace_shadow_rays.h"
 
 namespace lab {
-
-// A pixel of a block, as its rays see it. Rows of twelve floats: what is picked visits pixels in any order.
-struct LitPixel {
-    vec3 position;
-    float unused0;
-    vec3 normal;
-    float unused1;
-    vec3 origin;  // of its rays, just off the surface
-    std::uint32_t pixel;
-};
-
-// Samples side by side.
-struct SampleChunk {
-    static constexpr int capacity = 256;
-    int count = 0;
-    // Given.
-    std::uint32_t receiver[capacity];  // row of the block's lit pixels
-    std::uint32_t sample[capacity];    // 0 .. k-1
-    std::uint32_t light[capacity];     // merged index
-    // Drawn: the point, the input light that lies there (merged index, or -1 for a jittered point), omega.
-    float x[capacity], y[capacity], z[capacity], omega[capacity];
-    std::int32_t member[capacity];
-    // Found: the cell of the point on a curve that fills the scene, so that near cells have near numbers.
-    static constexpr int place_bits = 6;  // an axis
-    std::uint32_t place[capacity];
-};
-
-// The cube around the scene that places are cells of.
-struct SampleBox {
-    vec3 low;
-    float scale;  // cells a length unit
-};
 
 // Lights as drawing looks at them, one row of a cache line's width each.
 struct MemberRow {
@@ -57,33 +26,40 @@ struct GridLightRow {
 
 class Sampler {
   public:
-    Sampler(const HierarchyView& hierarchy, const Params& params, const Scene& scene);
+    Sampler(const HierarchyView& hierarchy, const GBufferView& gbuffer, const LightingView& lighting,
+            const Params& params, const Scene& scene);
 
-    void draw(const std::vector<LitPixel>& receivers, SampleChunk& chunk) const;
+    // Point, member and omega of all samples of pixels first .. first + count - 1.
+    void draw(std::size_t first, std::size_t count, ShadowData& out) const;
 
     // Share of a sample per channel, as ShadowEstimator::ratio_rgb defines it: the contribution c_i * omega * F / f.
-    vec3 share_rgb(const LitPixel& at, std::uint32_t pick, float omega, float f, float sum) const;
+    vec3 share_rgb(std::size_t pixel, std::size_t slot, float omega) const;
 
     // What the kernels need; see draw().
     const HierarchyView& hierarchy() const { return h_; }
+    const GBufferView& gbuffer() const { return g_; }
+    const LightingView& lighting() const { return lighting_; }
     const Params& params() const { return params_; }
     std::uint32_t key() const { return key_; }
     const Buffer<MemberRow>& members() const { return members_; }
     const Buffer<GridLightRow>& grid_lights() const { return grid_lights_; }
-    Received receive_at(std::uint32_t pick, const LitPixel& at) const;
+    const Buffer<PackedSlot>& slots() const { return slots_; }
+    Received receive_at(std::uint32_t pick, std::size_t pixel) const;
 
   private:
     const HierarchyView& h_;
+    const GBufferView& g_;
+    const LightingView& lighting_;
     const Params& params_;
     LightSettings settings_;
     std::uint32_t key_;
-    SampleBox box_;
     std::vector<float> scale_;
     Buffer<MemberRow> members_;         // of each input light
     Buffer<GridLightRow> grid_lights_;  // of each merged light after them
+    Buffer<PackedSlot> slots_;          // of the hierarchy's members
 
     LightTerm term(std::uint32_t pick) const;
-    void jitter(const std::vector<LitPixel>& receivers, SampleChunk& chunk) const;
+    void jitter(std::size_t first, std::size_t count, ShadowData& out) const;
 };
 
 }  // namespace lab

@@ -6,6 +6,8 @@
 #define LAB_TEXTURE_LANES_H
 #endif
 
+#include <hwy/cache_control.h>
+
 #include <bit>
 #include <cstring>
 
@@ -33,10 +35,12 @@ HWY_INLINE float linear_lane(std::uint32_t srgb) {
     return s <= 0.04045f ? s * (1 / 12.92f) : power;
 }
 
-// The eight texels around each point, four of each of two levels, and their weights.
+// The eight texels around each point, four of each of two levels: where the rows of each square begin, and their
+// weights.
 struct TexelLanes {
-    std::uint32_t texel[8][texture_lanes];
+    const std::uint8_t *upper[2][texture_lanes], *lower[2][texture_lanes];
     float weight[8][texture_lanes];
+    bool none;  // no point lies on a texture
 };
 
 // Where the squares of one level lie, and the weights within, times `share`.
@@ -56,26 +60,23 @@ HWY_INLINE void place_squares(const float (&mip)[4][texture_lanes], const float*
     }
 }
 
-HWY_INLINE void fetch_squares(const Mip* mips, const std::uint32_t* mip, const std::uint32_t* first,
-                              std::uint32_t (*texel)[texture_lanes]) {
+// And in memory, which is asked for at once: textures are too large for the caches.
+HWY_INLINE void find_squares(const Mip* mips, const std::uint32_t* mip, const std::uint32_t* first,
+                             const std::uint8_t** upper, const std::uint8_t** lower) {
     for (int i = 0; i < texture_lanes; ++i) {
         const Mip& m = mips[mip[i]];
-        const std::uint8_t* upper = m.rgba + 4 * static_cast<std::size_t>(first[i]);
-        const std::uint8_t* lower = upper + 4 * (static_cast<std::size_t>(m.width) + 1);
-        std::memcpy(&texel[0][i], upper, 4);
-        std::memcpy(&texel[1][i], upper + 4, 4);
-        std::memcpy(&texel[2][i], lower, 4);
-        std::memcpy(&texel[3][i], lower + 4, 4);
+        upper[i] = m.rgba + 4 * static_cast<std::size_t>(first[i]);
+        lower[i] = upper[i] + 4 * (static_cast<std::size_t>(m.width) + 1);
+        hwy::Prefetch(upper[i]);
+        hwy::Prefetch(lower[i]);
     }
 }
 
-// Multiplies `colour` by what textures[number[i]] show at (u, v)[i], as Texture::sample() does at `level` + log2 of the
-// texture's edge; where number[i] < 0 the colour stays.
-HWY_INLINE void multiply_textures(const Scene& scene, const float* number, const float* u, const float* v,
-                                  const float* level, float (*colour)[texture_lanes]) {
+// What multiply_textures() will read for textures[number[i]] at (u, v)[i], at `level` + log2 of the texture's edge.
+HWY_INLINE void find_texels(const Scene& scene, const float* number, const float* u, const float* v, const float* level,
+                            TexelLanes& t) {
     std::uint32_t which[texture_lanes], fine[texture_lanes], coarse[texture_lanes], first[texture_lanes];
     float row[4][texture_lanes], near[texture_lanes], far[texture_lanes];
-    TexelLanes t;
     std::int32_t any = -1;
 #pragma omp simd reduction(& : any)
     for (int i = 0; i < texture_lanes; ++i) {
@@ -83,7 +84,8 @@ HWY_INLINE void multiply_textures(const Scene& scene, const float* number, const
         any &= n;
         which[i] = static_cast<std::uint32_t>(n < 0 ? 0 : n);
     }
-    if (any < 0 && scene.textures().empty()) return;
+    t.none = any < 0 && scene.textures().empty();
+    if (t.none) return;
     side_by_side<1>(scene.textures().data(), which, texture_lanes, row);
 #pragma omp simd
     for (int i = 0; i < texture_lanes; ++i) {
@@ -100,15 +102,28 @@ HWY_INLINE void multiply_textures(const Scene& scene, const float* number, const
     const Mip* mips = scene.mips().data();
     side_by_side<1>(mips, fine, texture_lanes, row);
     place_squares(row, u, v, near, first, t.weight);
-    fetch_squares(mips, fine, first, t.texel);
+    find_squares(mips, fine, first, t.upper[0], t.lower[0]);
     side_by_side<1>(mips, coarse, texture_lanes, row);
     place_squares(row, u, v, far, first, t.weight + 4);
-    fetch_squares(mips, coarse, first, t.texel + 4);
+    find_squares(mips, coarse, first, t.upper[1], t.lower[1]);
+}
+
+// Multiplies `colour` by what the textures show there, as Texture::sample() does; where number[i] < 0 the colour stays.
+HWY_INLINE void multiply_textures(const float* number, const TexelLanes& t, float (*colour)[texture_lanes]) {
+    if (t.none) return;
+    std::uint32_t texel[8][texture_lanes];
+    for (int level = 0; level < 2; ++level)
+        for (int i = 0; i < texture_lanes; ++i) {
+            std::memcpy(&texel[4 * level][i], t.upper[level][i], 4);
+            std::memcpy(&texel[4 * level + 1][i], t.upper[level][i] + 4, 4);
+            std::memcpy(&texel[4 * level + 2][i], t.lower[level][i], 4);
+            std::memcpy(&texel[4 * level + 3][i], t.lower[level][i] + 4, 4);
+        }
     for (int c = 0; c < 3; ++c) {
 #pragma omp simd
         for (int i = 0; i < texture_lanes; ++i) {
             float sum = 0;
-            for (int k = 0; k < 8; ++k) sum += t.weight[k][i] * linear_lane(t.texel[k][i] >> (8 * c) & 255u);
+            for (int k = 0; k < 8; ++k) sum += t.weight[k][i] * linear_lane(texel[k][i] >> (8 * c) & 255u);
             colour[c][i] *= std::bit_cast<std::int32_t>(number[i]) < 0 ? 1.0f : sum;
         }
     }
