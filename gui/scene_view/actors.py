@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pyvista
 from numpy.typing import ArrayLike, NDArray
-from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper, vtkProperty
+from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
 
 from gui.scene_view.colours import Bytes, Rgb
 from gui.scene_view.legend import Block
@@ -64,7 +64,6 @@ def points_actor(
     look.SetLighting(spheres)
     look.SetAmbient(0.45)
     look.SetDiffuse(0.65)
-    look.SetPoint2DShape(vtkProperty.Point2DShapeType.Round)
     if through:
         _put_first(actor)
     elif not spheres:
