@@ -84,6 +84,7 @@ class ParamsPanel(Panel):
         numbers = [int(side) for side in sides if side.isdecimal() and len(side) <= 4]
         if len(sides) != 2 or len(numbers) != 2 or not all(16 <= side <= 4096 for side in numbers):
             with self.state:
+                self.state.size = str(text)
                 self.state.param_errors = self.state.param_errors | {
                     "size": f"size {text}: expected WIDTHxHEIGHT, each from 16 to 4096 pixels, for example 640x360"
                 }

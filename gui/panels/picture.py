@@ -218,6 +218,8 @@ class PicturePanel(Panel):
         self.app.look(other_source=KEPT)
 
     def _set_exposure(self, text: str) -> None:
+        with self.state:
+            self.state.exposure = text  # so that what is refused is replaced as soon as the picture is drawn anew
         try:
             self.app.look(exposure=float(text))
         except ValueError:

@@ -216,6 +216,8 @@ class Tab:
         """The state that tests start from, with some of its fields changed; `params` are added to those."""
         params = PARAMS.replace(**changes.pop("params", {})).to_dict()
         self.page.evaluate("trame.state.set('message_open', false)")
+        if self.find(".v-overlay--active").count():
+            self.load()  # a menu that a test has left open
         self.restore(replace(START, params=params, **changes).to_json())
         self.until(lambda: self.value("#size"), lambda size: size == "x".join(map(str, changes.get("size", SIZE))))
 

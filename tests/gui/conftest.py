@@ -39,12 +39,20 @@ def window(browser: Browser) -> Iterator[BrowserContext]:
     context.close()
 
 
-@pytest.fixture
-def tab(server: Server, window: BrowserContext) -> Iterator[Tab]:
-    """A fresh tab with the inspector in its first state. What browser or server complain of fails the test."""
-    before = server.complaints()
+@pytest.fixture(scope="module")
+def loaded(server: Server, window: BrowserContext) -> Iterator[Tab]:
+    """The module's tab: to load the page for each test would take most of the time."""
     tab = Tab(window.new_page(), server)
-    tab.begin()
     yield tab
-    tab.close()
+    tab.page.close()
+
+
+@pytest.fixture
+def tab(server: Server, loaded: Tab) -> Iterator[Tab]:
+    """A tab with the inspector in its first state. What browser or server complain of fails the test."""
+    before = server.complaints()
+    loaded.errors.clear()
+    loaded.begin()
+    yield loaded
+    assert not loaded.errors, "\n".join([*loaded.errors, server.complaints()])
     assert server.complaints() == before

@@ -66,9 +66,9 @@ def test_a_click_on_a_surface_probes_its_pixel(tab: Tab) -> None:
     tab.begin(levels=())
     box = tab.box(VIEW)
     tab.page.mouse.click(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
-    said = tab.until(lambda: tab.pairs("#pixel-summary").get("pixel", ""), bool)
-    x, y = map(int, said.split(","))
+    x, y = tab.until(lambda: tab.saved()["pixel"], bool, "a pixel")
     assert abs(x - SIZE[0] / 2) <= 1.5 and abs(y - SIZE[1] / 2) <= 1.5, "the view looks as the picture does"
+    tab.until(lambda: tab.pairs("#pixel-summary").get("pixel"), lambda said: said == f"{x}, {y}")
     assert len(tab.table("#pixel-lights")) > 20
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from functools import cache
 
 from gui.view_state import ViewState
 from gui.workbench import Workbench, command_line, python_code
@@ -11,6 +12,7 @@ from lab.survey import overdraw_survey
 from .browser import PARAMS, SCENE, SIZE, START, Tab, frame
 
 
+@cache
 def overdraw_rows(**settings: object) -> list[list[str]]:
     """The table of the overdraw panel, as the library has it."""
     made = frame(**settings)
@@ -29,6 +31,7 @@ def overdraw_rows(**settings: object) -> list[list[str]]:
 def test_alpha_changes_the_overdraw(tab: Tab) -> None:
     tab.click("#tab-overdraw")
     tab.choose("#layer", "overdraw")
+    tab.until(lambda: tab.text(".lab-title-a"), lambda title: title == "overdraw")
     before = tab.until(lambda: tab.table("#overdraw-table"), lambda rows: rows == overdraw_rows())
     picture, plot = tab.source(".lab-image-a"), tab.source("#overdraw-plot")
     tab.write("#param-alpha", 2)
@@ -78,6 +81,7 @@ def test_every_kind_of_field_renders(tab: Tab) -> None:
     tab.until(lambda: tab.value("#preset"), lambda name: name == "ours")
 
 
+@cache
 def overdraw_rows_of_preset(name: str) -> list[list[str]]:
     bench = Workbench(START)
     changed = bench.choose_preset(name).params.to_dict()
@@ -101,6 +105,13 @@ def test_a_refused_value_stays_red_with_its_reason(tab: Tab) -> None:
     tab.write("#param-alpha", "1.5")
     tab.until(lambda: tab.source(".lab-image-a"), lambda source: source != picture)
     tab.until(lambda: tab.find(".lab-error").count(), lambda n: n == 0)
+    assert tab.value("#size") == "x".join(map(str, SIZE)), "what was refused does not stay as if it were taken"
+    tab.write("#exposure", "bright")
+    assert "expected a number of stops" in tab.message()
+    tab.write("#exposure", "nan")
+    assert "exposure=nan" in tab.message()
+    tab.write("#param-alpha", "1")
+    tab.until(lambda: tab.value("#exposure"), lambda stops: stops == "0")
 
 
 def test_the_frame_is_copied_as_a_command_and_as_python(tab: Tab) -> None:

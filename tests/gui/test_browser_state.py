@@ -19,7 +19,7 @@ from .test_browser_settings import overdraw_rows
 CHANGED: dict[str, Any] = {
     "layer": "overdraw", "compare": "wipe", "wipe": 0.3, "colour_map": "magma", "log_scale": True, "zoom": 2.0,
     "centre": (0.4, 0.6), "levels": (1, 3), "colour_by": "deviation", "cells": 2, "mesh": "none", "vpls": True,
-    "pixel": (70, 60), "light": 5, "panel": "overdraw", "split": "both", "other_layer": "indirect",
+    "pixel": (70, 60), "light": 5, "panel": "overdraw", "split": "both", "other_layer": "lights_used",
 }  # fmt: skip
 
 
@@ -159,6 +159,7 @@ def test_a_killed_browser_leaves_the_inspector_serving(
     tab.click("#tab-overdraw")
     tab.until(lambda: tab.table("#overdraw-table"), lambda rows: rows == overdraw_rows(alpha=2.0))
     tab.load()
+    tab.click("#tab-pixel")
     tab.click_pixel(70, 60)
 
 

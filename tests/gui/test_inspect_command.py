@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import socket
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -67,38 +67,39 @@ def test_damaged_states_are_refused(quads: Path, capsys: pytest.CaptureFixture[s
     assert "gone.glb" in refused(["inspect", "--state", "state.json"], capsys)
 
 
-@pytest.fixture
-def inspector(tmp_path: Path) -> Iterator[Server]:
-    """A server of this test alone."""
-    server = Server(tmp_path, [str(SCENE), "--size", "320x180", "--set", "vpls=20000"])
-    yield server
-    server.end()
-
-
 def ended_well(server: Server) -> None:
     code, seconds = server.interrupt()
     assert code == 0 and seconds < 3, (code, seconds)
     assert server.errors.read_text() == ""
 
 
-def test_ctrl_c_ends_it(inspector: Server) -> None:
-    ended_well(inspector)
-    assert [line for line in inspector.said if "http" in line] == inspector.said
+@pytest.fixture
+def start(tmp_path: Path) -> Iterator[Callable[..., Server]]:
+    """Starts servers of this test alone."""
+    servers: list[Server] = []
+
+    def started(*arguments: str) -> Server:
+        servers.append(Server(tmp_path, [str(SCENE), *arguments]))
+        return servers[-1]
+
+    yield started
+    for server in servers:
+        server.end()
 
 
-def test_ctrl_c_ends_it_with_a_browser_and_a_job_at_work(inspector: Server) -> None:
+def test_other_hosts_are_warned_of_and_ctrl_c_ends_it(start: Callable[..., Server]) -> None:
+    server = start("--size", "32x18", "--set", "vpls=200", "--host", "0.0.0.0")
+    assert any("warning: whoever can reach 0.0.0.0" in line for line in server.said), server.said
+    ended_well(server)
+
+
+def test_ctrl_c_ends_it_with_a_browser_and_a_job_at_work(start: Callable[..., Server]) -> None:
+    server = start("--size", "640x360", "--set", "vpls=20000")
     with play() as player:
         browser = open_browser(player)
-        tab = Tab(browser.new_page(), inspector)
+        tab = Tab(browser.new_page(), server)
         tab.click("#tab-leaks")
         tab.click("#leaks-path_tracer")
         tab.until(lambda: tab.text("#busy"), lambda said: "path tracer" in said)
-        ended_well(inspector)
+        ended_well(server)
         browser.close()
-
-
-def test_other_hosts_are_warned_of(tmp_path: Path) -> None:
-    server = Server(tmp_path, [str(SCENE), "--size", "32x18", "--set", "vpls=200", "--host", "0.0.0.0"])
-    assert any("warning: whoever can reach 0.0.0.0" in line for line in server.said), server.said
-    ended_well(server)
-    server.end()
