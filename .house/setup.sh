@@ -47,7 +47,10 @@ case "$extras" in
 gui | test | all) packages+=(libegl-mesa0 libgl1-mesa-dri) ;; # the software display of the 3D view
 esac
 case "$extras" in
-test | all) command -v chromium >/dev/null || packages+=(chromium) ;; # the browser of the inspector's tests
+test | all) # the browser and the screen of the inspector's tests
+    command -v chromium >/dev/null || packages+=(chromium)
+    command -v xvfb-run >/dev/null || packages+=(xvfb xauth)
+    ;;
 esac
 command -v c++ >/dev/null || packages+=(g++)
 if [ -z "$python" ]; then
