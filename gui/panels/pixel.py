@@ -28,6 +28,7 @@ class PixelPanel(Panel):
     _trials: PickTrials | None = None
     _exact: ExactShadow | None = None
     _account: Account | None = None
+    _tab_shown: tuple[object, ...] = (None,) * 6
 
     def build(self) -> None:
         """Three columns."""
@@ -71,6 +72,10 @@ class PixelPanel(Panel):
 
     def _show_tab(self, probe: Probe) -> None:
         state, frame = self.state, self.app.frame
+        shown = frame, probe, self._trials, self._exact, self._account, state.pixel_tab
+        if all(now is before for now, before in zip(shown, self._tab_shown, strict=True)):
+            return  # a plot takes a tenth of a second
+        self._tab_shown = shown
         state.pixel_plot, state.pixel_results, state.pixel_result_head = "", [], []
         if frame is None:
             return

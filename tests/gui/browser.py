@@ -55,9 +55,15 @@ def open_browser(player: Any) -> Browser:
     return browser
 
 
-def until(read: Callable[[], T], wanted: Callable[[T], bool], page: Page | None = None, said: str = "") -> T:
+def until(
+    read: Callable[[], T],
+    wanted: Callable[[T], bool],
+    page: Page | None = None,
+    said: str = "",
+    patience_s: float = PATIENCE_S,
+) -> T:
     """Reads until it is as wanted; the last reading is the message of what never came."""
-    ends = time.monotonic() + PATIENCE_S
+    ends = time.monotonic() + patience_s
     while True:
         seen = read()
         if wanted(seen):
@@ -72,7 +78,7 @@ def until(read: Callable[[], T], wanted: Callable[[T], bool], page: Page | None 
 class Server:
     """`lab inspect` with `arguments`, as a process of its own; `address` as it was printed."""
 
-    def __init__(self, folder: Path, arguments: Sequence[str]) -> None:
+    def __init__(self, folder: Path, arguments: Sequence[str], patience_s: float = PATIENCE_S) -> None:
         self.errors = folder / f"stderr-{time.monotonic_ns()}"
         with self.errors.open("wb") as errors:
             self.process = subprocess.Popen(
@@ -84,7 +90,7 @@ class Server:
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
         try:
-            until(lambda: self.said, self._told_or_ended, said="the server's address")
+            until(lambda: self.said, self._told_or_ended, said="the server's address", patience_s=patience_s)
         except AssertionError:
             self.end()
             raise

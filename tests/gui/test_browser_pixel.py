@@ -40,13 +40,16 @@ def test_the_table_is_the_probe_s(tab: Tab) -> None:
     rows = tab.until(lambda: tab.table("#pixel-lights"), lambda rows: len(rows) == min(150, len(lights)))
     assert len(rows) > 20
     lightness, total = luminance(lights.contribution), lights.cumulative_share
+    heads = tab.find("#pixel-lights th").all_inner_texts()
     for i, row in enumerate(rows):
-        exact = [f"{lights.index[i]}", f"{lights.level[i]}", f"{lights.blend_weight[i]:.3f}"]
-        assert [row[0], row[1], row[3]] == exact
-        assert [row[4], row[5]] == [f"{lights.receiver_cosine[i]:.3f}", f"{lights.emission[i]:.3f}"]
-        assert [number(row[2]), number(row[6])] == pytest.approx([lights.distance[i], lightness[i]], rel=1e-3)
-        shares = [lights.share[i], total[i], lights.probability[i]]
-        assert [number(cell) for cell in row[7:]] == pytest.approx(shares, rel=1e-3, abs=6e-5)
+        cells = dict(zip(heads, row, strict=True))
+        exact = {"light": f"{lights.index[i]}", "level": f"{lights.level[i]}", "B": f"{lights.blend_weight[i]:.3f}"}
+        exact |= {"cos": f"{lights.receiver_cosine[i]:.3f}", "lobe": f"{lights.emission[i]:.3f}"}
+        assert {name: cells.pop(name) for name in exact} == exact
+        shares = {"share": lights.share[i], "sum": total[i], "p": lights.probability[i]}
+        assert {name: number(cells.pop(name)) for name in shares} == pytest.approx(shares, rel=1e-3, abs=6e-5)
+        rest = {"distance": lights.distance[i], "E": lightness[i], "f": lights.target_weight[i]}
+        assert {name: number(cell) for name, cell in cells.items()} == pytest.approx(rest, rel=1e-3)
     said = tab.pairs("#pixel-summary")
     assert [number(cell) for cell in said["colour"].split()] == pytest.approx(vector(probe.image.colour), rel=1e-3)
     assert said["overdraw"] == f"{probe.overdraw.sum()}: " + " ".join(map(str, probe.overdraw))
