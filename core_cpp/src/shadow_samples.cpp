@@ -61,9 +61,9 @@ void grid_light_parts(const Receivers& at, const float* light, int count, float*
         const float d2 = vx * vx + vy * vy + vz * vz;
         const float inverse = 1.0f / std::sqrt(larger(d2, std::numeric_limits<float>::min()));
         const float cosine = larger(0.0f, (at.nx[i] * vx + at.ny[i] * vy + at.nz[i] * vz) * inverse);
-        // emission(), without its struct, which GCC does not take apart in a loop.
-        const float square = vx * (xx[i] * vx + 2.0f * (xy[i] * vy + xz[i] * vz)) +
-                             vy * (yy[i] * vy + 2.0f * yz[i] * vz) + vz * (zz[i] * vz);
+        // emission(), without its struct, which GCC does not take apart in a loop (mixed terms are doubled already).
+        const float square =
+            vx * (xx[i] * vx + xy[i] * vy + xz[i] * vz) + vy * (yy[i] * vy + yz[i] * vz) + vz * (zz[i] * vz);
         const float along = -(mx[i] * vx + my[i] * vy + mz[i] * vz);
         const float root = std::sqrt(larger(0.0f, square));
         whole[i] = cosine * (larger(0.0f, (along + root) * inverse) + constant[i]);
