@@ -1,13 +1,13 @@
 # Each target does its own set-up; `make` alone lists them.
 .DEFAULT_GOAL := help
-.PHONY: help setup render inspect bench test mutants format lint clean
+.PHONY: help setup render inspect bench test mutants software-vulkan format lint clean
 
 BIN := .venv/bin
 
 help: ## list the targets
-	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
+	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 20
 
-setup: ## install what a render needs; leaves .venv/bin/lab (EXTRA=kornia|gui|test|all: that extra too)
+setup: ## install what a render needs; leaves .venv/bin/lab (EXTRA=kornia|gui|vulkan|test|all: that extra too)
 	@bash .house/setup.sh $(EXTRA)
 
 render: setup ## render the default scene to out/atrium.png, .exr and .json
@@ -37,6 +37,9 @@ format: ## format Python and C++
 lint: ## only the checks: ruff, mypy, clang-format, repository rules
 	@bash .house/setup.sh all
 	$(BIN)/python -m pytest tests/repo
+
+software-vulkan: ## install a Vulkan driver that needs no graphics card (Debian 12)
+	@bash .house/software_vulkan.sh
 
 clean: ## remove what was built, rendered and installed
 	rm -rf .venv build out .lab-evidence .pytest_cache .mypy_cache .ruff_cache .hypothesis

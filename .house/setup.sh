@@ -2,7 +2,7 @@
 # Everything a fresh machine needs, installed only where it is missing: system packages, .venv, the package itself.
 #
 #   .house/setup.sh          what a render needs
-#   .house/setup.sh EXTRA    with an extra of pyproject.toml: kornia, gui, test, or all of them: all
+#   .house/setup.sh EXTRA    with an extra of pyproject.toml: kornia, gui, vulkan, test, or all of them: all
 #
 # Python files are used from the tree, so only pyproject.toml and core_cpp/ can make a set-up stale.
 set -euo pipefail
@@ -45,6 +45,9 @@ done
 packages=(libembree-dev libglm-dev libhwy-dev libgomp1 libx11-6 libgl1 libegl1 libudev1 libusb-1.0-0 libidn2-0)
 case "$extras" in
 gui | test | all) packages+=(libegl-mesa0 libgl1-mesa-dri) ;; # the software display of the 3D view
+esac
+case "$extras" in
+vulkan | all) packages+=(libvulkan1 libatomic1) ;; # the loader, and what slangpy links to
 esac
 case "$extras" in
 test | all) # the browser and the screen of the inspector's tests

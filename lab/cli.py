@@ -145,7 +145,8 @@ def _add_method_flags(parser: argparse.ArgumentParser, count: str | None = "?") 
         help="change settings; see 'lab params'",
     )  # fmt: skip
     parser.add_argument("--preset", metavar="P", help="start from: ours (default), paper, demo")
-    parser.add_argument("--engine", metavar="E", help="cpu")
+    parser.add_argument("--engine", metavar="E", help="cpu (default) or vulkan")
+    parser.add_argument("--device", metavar="D", help="with --engine vulkan: a device's name or number (lab info)")
     parser.add_argument("--sun", metavar="X,Y,Z", help="direction to the sun, instead of the scene's")
     parser.add_argument("--seed", metavar="N", help="seed of every random number")
     parser.add_argument("--threads", metavar="N", help="threads to use; results don't depend on it")

@@ -21,6 +21,7 @@ def render(
     camera: str | Camera = "",
     size: tuple[int, int] = (1280, 720),
     engine: str | Engine = "cpu",
+    device: str = "",
     progress: Progress | None = None,
     counts: bool = True,
 ) -> Frame:
@@ -32,6 +33,7 @@ def render(
         camera: one of the scene's by name (empty: the first), or a :class:`Camera`.
         size: (width, height) in pixels.
         engine: an engine's name, or one that is kept to render the same scene again.
+        device: for engine ``vulkan``, which Vulkan device, by name or number; empty for the first.
         progress: called with each stage's name as it begins.
         counts: whether to count the lights of every pixel, ``frame.lighting.overdraw`` and ``lights_used``.
 
@@ -43,7 +45,7 @@ def render(
     params = params or Params()
     lights = params.vpls if scene.light_list is None else len(scene.light_list)
     check_memory(lights, size, params)
-    ready = create_engine(engine, scene) if isinstance(engine, str) else engine
+    ready = create_engine(engine, scene, device=device) if isinstance(engine, str) else engine
     return render_frame(ready, chosen, (int(size[0]), int(size[1])), params, progress, counts=counts)
 
 

@@ -42,12 +42,13 @@ class Renderer:
     Any thread may render, one at a time: others wait. Python goes on in the other threads while a stage is at work.
     """
 
-    def __init__(self, scene: Scene, *, engine: str = "cpu", threads: int | None = None) -> None:
+    def __init__(self, scene: Scene, *, engine: str = "cpu", device: str = "", threads: int | None = None) -> None:
         """Builds the ray tracer's tree.
 
         Args:
             scene: from :func:`lab.load_scene`, or made in Python.
             engine: an engine's name.
+            device: for engine ``vulkan``, which Vulkan device, by name or number; empty for the first.
             threads: threads of this renderer's frames, whichever thread asks for them; default: as many as the one
                 that makes the renderer uses. Results don't depend on it.
         """
@@ -56,7 +57,7 @@ class Renderer:
         self.scene = scene
         self.threads = int(_core.info()["threads"]) if threads is None else int(threads)
         with self.on_threads():
-            self.engine = create_engine(engine, scene)
+            self.engine = create_engine(engine, scene, device=device)
         self._kept: dict[str, Made] = {}
         self._turn = threading.RLock()
         _core.keep_buffers()

@@ -32,6 +32,7 @@ class RunInfo:
     Attributes:
         preset: the preset the parameters started from.    engine: name of the engine.
         load_ms: time to read the scene.    overrides: the camera, sun and exposure given by hand, as text.
+        device: the graphics card of engine ``vulkan``.
 
     """
 
@@ -39,6 +40,7 @@ class RunInfo:
     engine: str = "cpu"
     load_ms: float = 0.0
     overrides: dict[str, str] = field(default_factory=dict)
+    device: Record | None = None
 
 
 def run_record(frame: Frame, scene: Scene, run: RunInfo, base: Path) -> Record:
@@ -47,6 +49,7 @@ def run_record(frame: Frame, scene: Scene, run: RunInfo, base: Path) -> Record:
         "params": frame.params.to_dict(),
         "preset": run.preset,
         "engine": run.engine,
+        "device": run.device,
         "scene": _scene_record(scene, frame, run.overrides, base),
         "machine": machine() | core(),
         "version": __version__,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
 from pathlib import Path
 
 import hypothesis
@@ -69,3 +70,19 @@ def empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     folder.mkdir()
     monkeypatch.chdir(folder)
     return folder
+
+
+@pytest.fixture(scope="session")
+def gpu() -> Iterator[object]:
+    """The first Vulkan device; without one the test skips and says why, but never where LAB_REQUIRE_VULKAN is set."""
+    from lab.engine.vulkan.device import Gpu
+    from lab.errors import LabError
+
+    try:
+        device = Gpu(os.environ.get("LAB_TEST_DEVICE", ""))
+    except LabError as error:
+        if os.environ.get("LAB_REQUIRE_VULKAN", "") not in ("", "0"):
+            pytest.fail(f"LAB_REQUIRE_VULKAN is set, but: {error}")
+        pytest.skip(str(error))
+    yield device
+    device.close()

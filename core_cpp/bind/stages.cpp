@@ -12,6 +12,7 @@
 #include "lab/composite.h"
 #include "lab/light.h"
 #include "lab/render_gbuffer.h"
+#include "lab/s1_sums.h"
 #include "lab/scene.h"
 #include "lab/trace_shadow_rays.h"
 #include "lab/trace_vpls.h"
@@ -48,6 +49,13 @@ py::dict build_hierarchy_(const py::object& lights, const py::dict& params) {
     d["oriented"] = to_numpy(std::move(h.lights.oriented));
     d["input_index"] = to_numpy(std::move(h.input_index));
     return d;
+}
+
+// All numbers of S1's fixed-point sums, 24 a light.
+py::array s1_sums_(const py::object& lights, const py::dict& params) {
+    const Params p = params_from(params);
+    const LightsView in = lights_view(lights);
+    return to_numpy(without_gil([&] { return s1_sums(in, p); }));
 }
 
 py::dict build_members_(const py::object& hierarchy, const py::dict& params) {
@@ -156,6 +164,7 @@ void bind_stages(py::module_& m) {
     m.def("trace_vpls", &trace_vpls_, py::arg("scene"), py::arg("params"));
     m.def("build_hierarchy", &build_hierarchy_, py::arg("lights"), py::arg("params"));
     m.def("build_members", &build_members_, py::arg("hierarchy"), py::arg("params"));
+    m.def("s1_sums", &s1_sums_, py::arg("lights"), py::arg("params"));
     m.def("render_gbuffer", &render_gbuffer_, py::arg("scene"), py::arg("camera"), py::arg("width"), py::arg("height"));
     m.def("light", &light_, py::arg("hierarchy"), py::arg("gbuffer"), py::arg("params"), py::arg("scene_radius"),
           py::arg("counts") = true);

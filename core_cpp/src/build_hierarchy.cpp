@@ -6,6 +6,7 @@
 #include "lab/coarsen.h"
 #include "lab/grid.h"
 #include "lab/level_builder.h"
+#include "lab/s1_sums.h"
 #include "lab/select.h"
 
 namespace lab {
@@ -90,7 +91,7 @@ std::size_t room_for_coarse_levels(const Grid& grid, std::size_t s1) {
 
 class Builder {
   public:
-    Builder(const LightsView& in, const Params& params)
+    Builder(const LightsView& in, const Params& params, Buffer<VertexRow<FixedPoint>>* s1_rows = nullptr)
         : params_(params), scale_(flux_scale(in.flux)), grid_(make_grid(in.position, params.bounds_scale)) {
         keys_ = cell_keys(in.position, in.flux, dim_flux * scale_, grid_);
         const KeyedPoints lights{keys_, in.position, in.flux, {}, scale_, false, true};
@@ -108,7 +109,8 @@ class Builder {
         write_input_lights(in, keys_, grid_, out_.lights);
         out_.offset = {0, static_cast<std::int64_t>(count)};
         s1_weight_.resize(kept.total);
-        add_level(1, kept, &s1_weight_);
+        if (s1_rows) s1_rows->resize(kept.total);
+        add_level(1, kept, &s1_weight_, s1_rows);
     }
 
     HierarchyData build() {
@@ -164,9 +166,10 @@ class Builder {
     }
 
     // Of the input lights, into the last rows.
-    void add_level(int level, const VertexCount& kept, Buffer<float>* weight) {
+    void add_level(int level, const VertexCount& kept, Buffer<float>* weight,
+                   Buffer<VertexRow<FixedPoint>>* rows = nullptr) {
         build_level({out_.lights, 0, inputs(), {}, scale_, false}, input_points(), kept.of_layer, settings(level),
-                    {out_.lights, out_.lights.size() - kept.total, weight});
+                    {out_.lights, out_.lights.size() - kept.total, weight, nullptr, rows});
         out_.offset.push_back(static_cast<std::int64_t>(out_.lights.size()));
     }
 
@@ -199,6 +202,14 @@ class Builder {
 
 HierarchyData build_hierarchy(const LightsView& lights, const Params& params) {
     return Builder(lights, params).build();
+}
+
+std::vector<std::int64_t> s1_sums(const LightsView& lights, const Params& params) {
+    Buffer<VertexRow<FixedPoint>> rows;
+    const Builder built(lights, params, &rows);
+    std::vector<std::int64_t> sums;
+    for (const VertexRow<FixedPoint>& row : rows) sums.insert(sums.end(), std::begin(row.sum), std::end(row.sum));
+    return sums;
 }
 
 }  // namespace lab

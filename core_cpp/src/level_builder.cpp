@@ -107,6 +107,8 @@ class LayerSweep {
                       target_.weight ? target_.weight->data() + before : nullptr);
         if constexpr (std::is_same_v<Number, FloatingPoint>)
             if (target_.rows) std::copy(rows.begin(), rows.end(), target_.rows->begin() + before);
+        if constexpr (std::is_same_v<Number, FixedPoint>)
+            if (target_.fixed_rows) std::copy(rows.begin(), rows.end(), target_.fixed_rows->begin() + before);
     }
 };
 

@@ -8,12 +8,13 @@ from lab.commands.loading import load, progress, render
 from lab.commands.render import ENDINGS, output_base, write_text
 from lab.commands.request import read_request
 from lab.commands.summary import print_summary
+from lab.engine.engine import ENGINES
 from lab.outputs import beside, write_all
 
 
 def run(args: argparse.Namespace) -> None:
     """Lights the scene without shadows, and writes the three files, all or none."""
-    request = read_request(args)
+    request = read_request(args, ENGINES)
     base = output_base(args.output, request, "-heatmap")
     params = request.params.replace(shadow_samples=0, direct_samples=0, filter="none")
 

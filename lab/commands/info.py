@@ -13,6 +13,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from lab import __version__
+from lab.errors import LabError
 from lab.report import machine
 
 
@@ -29,6 +30,9 @@ def run(args: argparse.Namespace) -> None:
     for package, installed, part in packages():
         extras.add_row(package, installed or "[yellow]missing[/]", escape(part))
     console.print(extras)
+    console.print()
+    for line in vulkan_devices():
+        console.print(escape(line))
     for extra in missing_extras():
         console.print(f"extra '{extra}' is not complete; install it with  make setup EXTRA={extra}")
 
@@ -42,6 +46,24 @@ def core_info() -> dict[str, Any]:
 
     use_simd_of_environment()
     return {name: ", ".join(value) if isinstance(value, list) else value for name, value in _core.info().items()}
+
+
+def vulkan_devices() -> list[str]:
+    """A line for each Vulkan device: its number, its name, and what it lacks; or why there is none."""
+    if find_spec("slangpy") is None:
+        return ["vulkan: needs slangpy (below)"]
+    from lab.engine.vulkan.adapters import SOFTWARE, survey_adapters
+
+    try:
+        adapters = survey_adapters()
+    except LabError as error:
+        return [f"vulkan: {error}"]
+    lines = []
+    for adapter in adapters:
+        lacks = ", ".join(adapter.lacks or ())
+        state = f"can't be used: {adapter.problem}" if adapter.problem else f"lacks {lacks}" if lacks else "ready"
+        lines.append(f"vulkan device {adapter.index}: {adapter.name}: {state}")
+    return lines or [f"vulkan: no device; install your graphics card's driver, or: {SOFTWARE}"]
 
 
 def packages() -> list[tuple[str, str, str]]:

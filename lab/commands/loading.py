@@ -61,6 +61,12 @@ def load(request: Request, tell: Progress, outputs: Iterable[Path]) -> Loaded:
         from lab import _core
 
         _core.set_threads(request.threads)
+    device = None
+    if request.engine == "vulkan":
+        from lab.engine.vulkan.device import open_gpu
+
+        tell("opening the device")
+        device = open_gpu(request.device).describe()
     tell("loading")
     start = time.perf_counter()
     scene = load_scene(request.scene)
@@ -72,11 +78,13 @@ def load(request: Request, tell: Progress, outputs: Iterable[Path]) -> Loaded:
         exposure=exposure_of(request),
     )
     load_ms = (time.perf_counter() - start) * 1e3
-    return Loaded(scene, RunInfo(request.preset, request.engine, load_ms, request.overrides))
+    return Loaded(scene, RunInfo(request.preset, request.engine, load_ms, request.overrides, device))
 
 
 def render(loaded: Loaded, params: Params, request: Request, tell: Progress) -> Frame:
     """One frame of the loaded scene from its first camera (the one `override` put there)."""
     import lab
 
-    return lab.render(loaded.scene, params, size=request.size, engine=request.engine, progress=tell)
+    return lab.render(
+        loaded.scene, params, size=request.size, engine=request.engine, device=request.device, progress=tell
+    )

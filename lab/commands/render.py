@@ -8,6 +8,7 @@ from pathlib import Path
 from lab.commands.loading import load, progress, render
 from lab.commands.request import Request, read_request
 from lab.commands.summary import print_summary
+from lab.engine.engine import ENGINES
 from lab.outputs import base_path, beside, check_writable, write_all
 
 ENDINGS = (".png", ".exr", ".json")
@@ -15,7 +16,7 @@ ENDINGS = (".png", ".exr", ".json")
 
 def run(args: argparse.Namespace) -> None:
     """Renders and writes the three files, all or none."""
-    request = read_request(args)
+    request = read_request(args, ENGINES)
     base = output_base(args.output, request)
 
     from lab.colour import to_bytes

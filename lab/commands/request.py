@@ -7,11 +7,11 @@ import math
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from lab.engine.engine import check_device
 from lab.errors import LabError, nearest
 from lab.params import PRESETS, Params, parse_assignments, preset
 from lab.report import Record, read_record
 
-ENGINES = ("cpu",)
 LARGEST_SIDE = 16384
 LARGEST_IMAGE = 64 * 2**20
 MOST_THREADS = 1024
@@ -25,7 +25,8 @@ class Request:
     Attributes:
         scene: path of the scene's file.    size: width and height in pixels.
         overrides: ``camera``, ``sun``, ``exposure`` as given by hand, where given.
-        threads: None for all.    record: path of the record that is repeated, if any.
+        threads: None for all.    device: a Vulkan device's name or number; empty for the first.
+        record: path of the record that is repeated, if any.
 
     """
 
@@ -36,12 +37,16 @@ class Request:
     engine: str
     threads: int | None
     quiet: bool
+    device: str = ""
     overrides: dict[str, str] = field(default_factory=dict)
     record: str | None = None
 
 
-def read_request(args: argparse.Namespace) -> Request:
-    """The flags of ``render``, ``heatmap`` or ``export``; what they leave open comes from the record of ``--from``."""
+def read_request(args: argparse.Namespace, engines: tuple[str, ...] = ("cpu",)) -> Request:
+    """The flags of a command that renders; what they leave open comes from the record of ``--from``.
+
+    `engines`: those that the command works with.
+    """
     path = getattr(args, "record", None)
     record = read_record(path) if path else {}
     old_scene: Record = record.get("scene", {})
@@ -51,14 +56,17 @@ def read_request(args: argparse.Namespace) -> Request:
         _number("--exposure", overrides["exposure"])
     preset_name = str(record.get("preset", "ours")) if args.preset is None else args.preset
     engine = str(record.get("engine", "cpu")) if args.engine is None else args.engine
-    if engine not in ENGINES:
-        raise LabError(f"--engine {engine}: there is {', '.join(ENGINES)}{nearest(engine, ENGINES)}")
+    device = getattr(args, "device", None) or ""
+    check_device(engine, device)
+    if engine not in engines:
+        raise LabError(f"--engine {engine}: lab {args.command} works with --engine {' or '.join(engines)} alone")
     return Request(
         scene=args.scene or _recorded_scene(str(path), old_scene),
         params=_params(args, record, preset_name),
         preset=preset_name,
         size=_size(getattr(args, "size", None), old_scene.get("size")),
         engine=engine,
+        device=device,
         threads=None if args.threads is None else whole_number("--threads", args.threads, 1, MOST_THREADS),
         quiet=args.quiet,
         overrides=overrides,

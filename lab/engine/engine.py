@@ -55,10 +55,32 @@ class Engine(Protocol):
         """The final image; interleaved tiles are recombined here."""
 
 
-def create_engine(name: str, scene: Scene) -> Engine:
-    """The engine called `name` (``cpu``), ready to render `scene`."""
+ENGINES = ("cpu", "vulkan")
+"""Every engine by name."""
+
+
+def create_engine(name: str, scene: Scene, *, device: str = "") -> Engine:
+    """The engine called `name` (one of :data:`ENGINES`), ready to render `scene`.
+
+    `device`: which Vulkan device, by name or number; empty for the first.
+    """
+    check_device(name, device)
     if name == "cpu":
         from lab.engine.cpu import CpuEngine
 
         return CpuEngine(scene)
-    raise LabError(f"unknown engine {name!r}: there is cpu{nearest(name, ['cpu'])}")
+    from lab.engine.vulkan.device import open_gpu
+    from lab.engine.vulkan.engine import VulkanEngine
+
+    return VulkanEngine(scene, open_gpu(device))
+
+
+def check_device(engine: str, device: str) -> None:
+    """Raises :class:`LabError` for an engine that there is not, and for a device that an engine does not take."""
+    if engine not in ENGINES:
+        raise LabError(f"unknown engine {engine!r}: there are {', '.join(ENGINES)}{nearest(engine, ENGINES)}")
+    if device and engine != "vulkan":
+        raise LabError(
+            f"device {device!r}: engine {engine} runs on the processor and takes no device; "
+            "choose engine vulkan for a graphics card"
+        )

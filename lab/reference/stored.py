@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import json
-import os
 import tempfile
 from collections.abc import Callable
 from contextlib import suppress
@@ -16,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from lab import _core
+from lab.caches import cache_root
 from lab.engine.cpu import CpuEngine
 from lab.errors import LabError, nearest
 from lab.outputs import write_all
@@ -98,9 +98,7 @@ def render_reference(
 
 def cache_folder() -> Path:
     """Where references are kept: ``LAB_CACHE``, or ``many-lights-lab`` in the user's cache folder."""
-    given = os.environ.get("LAB_CACHE", "")
-    home = os.environ.get("XDG_CACHE_HOME", "") or str(Path.home() / ".cache")
-    return (Path(given) if given else Path(home) / "many-lights-lab") / "references"
+    return cache_root() / "references"
 
 
 def _check_folder(folder: Path) -> None:

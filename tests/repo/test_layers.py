@@ -11,7 +11,7 @@ from .project import imports, sources, text
 
 # Lowest first. A module may import from its own layer and the ones under it.
 LAYERS = [
-    {"lab.errors", "lab.interrupts"},
+    {"lab.caches", "lab.errors", "lab.interrupts"},
     {"lab.params", "lab.records", "lab.colour", "lab.outputs", "lab.metrics", "lab.figure"},
     {"lab.scene"},
     {"lab.filters", "lab.filters_images", "lab.filters_variance"},

@@ -14,6 +14,7 @@ from lab.params import PRESETS, SETTINGS, Params, preset
 from .project import ROOT, text
 
 HEADER = Path("core_cpp/include/lab/params.h")
+SHADER = Path("shaders/lib/params.slang")
 
 
 def header_fields() -> dict[str, tuple[str, str]]:
@@ -49,6 +50,25 @@ def test_choices_are_spelled_alike(name: str) -> None:
 
     assert header_words(header_fields()[name][0]) == list(SETTINGS[name].choices)
     assert list(_core.choices()[name]) == list(SETTINGS[name].choices)
+
+
+def shader_fields() -> dict[str, str]:
+    """name -> type as written in the shaders' struct."""
+    struct = text(SHADER).partition("public struct Params")[2]
+    return {name: kind for kind, name in re.findall(r"^ +public (\w+) (\w+);", struct, flags=re.MULTILINE)}
+
+
+def test_the_shaders_have_the_same_settings_in_the_same_order() -> None:
+    spelled = {"std::int64_t": "int64_t", "std::uint32_t": "uint"}
+    core = {name: spelled.get(kind, kind) for name, (kind, _) in header_fields().items()}
+    assert list(shader_fields().items()) == list(core.items())
+
+
+@pytest.mark.parametrize("name", [name for name, setting in SETTINGS.items() if setting.kind is str])
+def test_choices_are_numbered_alike(name: str) -> None:
+    found = re.search(rf"public enum {shader_fields()[name]} : int\n\{{([^}}]*)\}}", text(SHADER))
+    assert found
+    assert re.findall(r"\w+", found[1]) == list(SETTINGS[name].choices)
 
 
 def test_the_settings_that_people_see_are_all_and_only_these() -> None:

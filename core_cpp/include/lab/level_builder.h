@@ -15,6 +15,7 @@ struct LevelTarget {
     std::size_t first;                                 // row of its first light
     Buffer<float>* weight = nullptr;                   // takes trilinear weights, for the level to be a source itself
     Buffer<VertexRow<FloatingPoint>>* rows = nullptr;  // takes the sums, for coarsen()
+    Buffer<VertexRow<FixedPoint>>* fixed_rows = nullptr;  // takes those of S0's lights, to be compared
 };
 
 // Writes the level's kept vertices, in grid order, to the target, which has the room. `points` are the keyed lights of

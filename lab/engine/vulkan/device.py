@@ -1,0 +1,110 @@
+"""An open Vulkan device with all that the stages share: its programs, its memory and its clock."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from functools import cache
+from importlib import metadata
+from typing import TYPE_CHECKING, Any
+
+from lab.caches import cache_root
+from lab.engine.vulkan.adapters import Adapter, choose_adapter, import_slangpy, list_adapters, open_device
+from lab.engine.vulkan.buffers import BufferPool
+from lab.engine.vulkan.program import SHADERS, ComputeProgram, RayProgram, RayShaders
+from lab.engine.vulkan.timing import Clock, Span
+
+if TYPE_CHECKING:
+    import slangpy as spy
+
+
+class Gpu:
+    """A device, and what all stages on it share.
+
+    Attributes:
+        device: slangpy's.    adapter: which one it is.
+        pool: where buffers come from, and go back to by themselves.    clock: takes the time of spans of work.
+        spans: the last recorded span of each stage.    most_groups: of threads, along the x axis of a dispatch.
+
+    """
+
+    def __init__(self, wanted: str = "", *, validate: bool = False) -> None:
+        """Opens the device that `wanted` names (see :func:`~lab.engine.vulkan.adapters.choose_adapter`).
+
+        `validate`: with the validation layers of Vulkan, which print what they find.
+        """
+        self.adapter: Adapter = choose_adapter(list_adapters(), wanted)
+        self.device: spy.Device = open_device(self.adapter, enable_debug_layers=validate, **_options())
+        self.pool = BufferPool(self.device)
+        self.clock = Clock(self.device)
+        self.spans: dict[str, Span] = {}
+        self.most_groups = int(self.device.info.limits.max_compute_dispatch_thread_groups.x)
+        self._compute: dict[object, ComputeProgram] = {}
+        self._rays: dict[object, RayProgram] = {}
+
+    def program(self, module: str, entry: str, constants: Mapping[str, int] | None = None) -> ComputeProgram:
+        """The compute shader `entry` of ``shaders/passes/<module>.slang``; made once.
+
+        `constants`: values of the module's ``extern static const`` numbers, which are compiled in.
+        """
+        key = module, entry, tuple(sorted((constants or {}).items()))
+        if key not in self._compute:
+            self._compute[key] = ComputeProgram(self.device, f"passes/{module}", entry, constants or {})
+        return self._compute[key]
+
+    def ray_program(self, module: str, shaders: RayShaders, constants: Mapping[str, int] | None = None) -> RayProgram:
+        """The ray tracing pipeline of ``shaders/passes/<module>.slang``; made once."""
+        key = module, shaders, tuple(sorted((constants or {}).items()))
+        if key not in self._rays:
+            self._rays[key] = RayProgram(self.device, f"passes/{module}", shaders, constants or {})
+        return self._rays[key]
+
+    @contextmanager
+    def stage(self, name: str) -> Iterator[spy.CommandEncoder]:
+        """Records a stage's commands, timed as `name`, and hands them to the device; does not wait for it."""
+        encoder = self.device.create_command_encoder()
+        span = self.clock.begin(encoder)
+        yield encoder
+        self.clock.end(encoder, span)
+        self.device.submit_command_buffer(encoder.finish())
+        self.spans[name] = span
+
+    def stages_ms(self) -> dict[str, float]:
+        """Milliseconds that the device took for the last run of each stage; waits for them."""
+        return {name: span.ms for name, span in self.spans.items()}
+
+    def close(self) -> None:
+        """Gives the device back; nothing of it may be used from then on."""
+        self._compute.clear()
+        self._rays.clear()
+        self.spans.clear()
+        self.pool.close()
+        self.device.close()
+
+    def describe(self) -> dict[str, Any]:
+        """What a run's record says about the device."""
+        return {"name": self.adapter.name, "index": self.adapter.index, "slangpy": import_slangpy().__version__}
+
+
+@cache
+def open_gpu(wanted: str = "") -> Gpu:
+    """The device that `wanted` names, opened once in a process and shared by all who ask for it."""
+    return Gpu(wanted)
+
+
+def _options() -> dict[str, Any]:
+    spy = import_slangpy()
+    options: dict[str, Any] = {
+        "enable_hot_reload": False,
+        "compiler_options": {
+            "include_paths": [SHADERS],
+            "matrix_layout": spy.SlangMatrixLayout.row_major,
+        },
+    }
+    # Compiled shaders outlive the process. The version is part of the path: a new one starts afresh.
+    folder = cache_root() / "vulkan" / f"{metadata.version('many-lights-lab')}-{spy.__version__}"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        return options  # slower to start, that's all
+    return options | {"shader_cache_path": folder / "shaders", "module_cache_path": folder / "modules"}

@@ -1,0 +1,82 @@
+"""Unshadowed light and the picked shadow samples, on the device."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lab.engine.vulkan.buffers import DeviceBuffer
+from lab.engine.vulkan.gbuffer import plane_of, rgb_of, upload_rgb
+from lab.engine.vulkan.records import device_record, parts
+from lab.records import Lighting
+
+if TYPE_CHECKING:
+    from lab.engine.vulkan.device import Gpu
+
+
+@dataclass(frozen=True)
+class LightingParts:
+    """The buffers of stage light, pixel after pixel.
+
+    Attributes:
+        width, height, samples: pixels, and shadow samples a pixel.
+        irradiance: 4f4: RGB, and F, the sum that was picked from.
+        light: i4, `samples` a pixel: merged index of each pick, -1 for none.    target_weight: f4, as many.
+        overdraw, lights_used: u4, level after level; None where not counted.
+        visited: u4, pairs of pixel and light that each tile evaluated; None where nobody can know.
+
+    """
+
+    width: int
+    height: int
+    samples: int
+    irradiance: DeviceBuffer
+    light: DeviceBuffer
+    target_weight: DeviceBuffer
+    overdraw: DeviceBuffer | None = None
+    lights_used: DeviceBuffer | None = None
+    visited: DeviceBuffer | None = None
+
+
+def lighting_parts(gpu: Gpu, lighting: Lighting) -> LightingParts:
+    """The device's buffers of any lighting, without its counts where it is the host's: no stage reads them."""
+    own = parts(lighting)
+    if isinstance(own, LightingParts):
+        return own
+    height, width, samples = lighting.light.shape
+    pool = gpu.pool
+    return LightingParts(
+        width,
+        height,
+        samples,
+        upload_rgb(gpu, lighting.irradiance, "irradiance", lighting.weight_sum),
+        pool.upload(lighting.light.reshape(-1), "picked lights"),
+        pool.upload(lighting.target_weight.reshape(-1), "target weights"),
+    )
+
+
+def device_lighting(made: LightingParts) -> Lighting:
+    """The record of lighting that shaders made."""
+    height, width, samples = made.height, made.width, made.samples
+
+    def counts(of: DeviceBuffer | None) -> object:
+        return None if of is None else of.numpy().reshape(-1, height, width)
+
+    def visited() -> int:
+        return 0 if made.visited is None else int(made.visited.numpy().sum(dtype=np.uint64))
+
+    return device_record(
+        Lighting,
+        made,
+        {
+            "irradiance": rgb_of(made.irradiance, (height, width)),
+            "overdraw": lambda: counts(made.overdraw),
+            "lights_used": lambda: counts(made.lights_used),
+            "light": plane_of(made.light, height, width, samples),
+            "target_weight": plane_of(made.target_weight, height, width, samples),
+            "weight_sum": lambda: np.ascontiguousarray(made.irradiance.numpy()[:, 3].reshape(height, width)),
+            "visited": visited,
+        },
+    )

@@ -1,0 +1,141 @@
+"""Programs of the device: compute shaders and ray tracing pipelines, with checked parameters."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from lab.engine.vulkan.adapters import import_slangpy
+from lab.engine.vulkan.bindings import Bindings
+from lab.engine.vulkan.buffers import DeviceBuffer
+from lab.engine.vulkan.reflection import ShaderError
+from lab.errors import nearest
+
+if TYPE_CHECKING:
+    import slangpy as spy
+
+SHADERS = Path(__file__).resolve().parents[3] / "shaders"
+"""``lib/`` to import from, ``passes/`` with the entry points."""
+
+
+class ComputeProgram:
+    """A compute shader, ready to be dispatched."""
+
+    def __init__(self, device: spy.Device, module: str, entry: str, constants: Mapping[str, int]) -> None:
+        """Compiles and links `entry` of `module`; `constants`: see :meth:`lab.engine.vulkan.device.Gpu.program`."""
+        self.title = f"{module}.slang, {entry}"
+        linked = _link(device, module, [entry], constants)
+        self._pipeline = device.create_compute_pipeline(linked, label=self.title)
+        self._bindings = Bindings(device, linked, self.title)
+
+    @property
+    def names(self) -> list[str]:
+        """Its parameters."""
+        return self._bindings.names
+
+    def dispatch(self, encoder: spy.CommandEncoder, threads: Sequence[int], /, **values: Any) -> None:
+        """Records a run over at least so many threads along each axis; `values` binds every parameter by name."""
+        self._bindings.set(values)
+        if min(threads) == 0:
+            return
+        with encoder.begin_compute_pass() as work:
+            work.bind_pipeline(self._pipeline, self._bindings.root)
+            work.dispatch(list(threads))
+
+    def dispatch_indirect(self, encoder: spy.CommandEncoder, groups: DeviceBuffer, row: int, /, **values: Any) -> None:
+        """The same, but over as many *groups* of threads as row `row` of `groups` says (x, y, z; uint32).
+
+        The device reads it when it comes to run, so shaders may have written it just before.
+        """
+        self._bindings.set(values)
+        offset = import_slangpy().BufferOffsetPair(groups.raw, row * groups.dtype.itemsize)
+        with encoder.begin_compute_pass() as work:
+            work.bind_pipeline(self._pipeline, self._bindings.root)
+            work.dispatch_compute_indirect(offset)
+
+
+@dataclass(frozen=True)
+class RayShaders:
+    """The entry points of a ray tracing pipeline.
+
+    Attributes:
+        ray_generation: what runs once a ray of a dispatch.
+        misses: by number, as TraceRay counts them.
+        hit_groups: (name, closest hit, any hit) by number, as above, "" for no such entry point. Rays that only ask
+            whether anything is hit need a group all the same, of two "".
+        payload_bytes: of the largest payload.
+
+    """
+
+    ray_generation: str
+    misses: tuple[str, ...]
+    hit_groups: tuple[tuple[str, str, str], ...]
+    payload_bytes: int = 64
+
+    def entries(self) -> list[str]:
+        """All entry points, once each."""
+        hits = (entry for _, *group in self.hit_groups for entry in group if entry)
+        return list(dict.fromkeys([self.ray_generation, *self.misses, *hits]))
+
+
+class RayProgram:
+    """A ray tracing pipeline. Parameters are the module's globals: entry points of rays have none of their own."""
+
+    def __init__(self, device: spy.Device, module: str, shaders: RayShaders, constants: Mapping[str, int]) -> None:
+        """Compiles and links `module`; `constants`: see :meth:`lab.engine.vulkan.device.Gpu.program`."""
+        spy = import_slangpy()
+        self.title = f"{module}.slang, {shaders.ray_generation}"
+        linked = _link(device, module, shaders.entries(), constants)
+        self._pipeline = device.create_ray_tracing_pipeline(
+            program=linked,
+            hit_groups=[spy.HitGroupDesc(*group) for group in shaders.hit_groups],
+            max_recursion=1,
+            max_ray_payload_size=shaders.payload_bytes,
+            label=self.title,
+        )
+        names = [name for name, *_ in shaders.hit_groups]
+        self._table = device.create_shader_table(linked, [shaders.ray_generation], list(shaders.misses), names)
+        self._bindings = Bindings(device, linked, self.title)
+
+    @property
+    def names(self) -> list[str]:
+        """Its parameters."""
+        return self._bindings.names
+
+    def dispatch(self, encoder: spy.CommandEncoder, rays: Sequence[int], /, **values: Any) -> None:
+        """Records a run of the ray generation shader over so many rays along each axis."""
+        self._bindings.set(values)
+        if min(rays) == 0:
+            return
+        with encoder.begin_ray_tracing_pass() as work:
+            work.bind_pipeline(self._pipeline, self._table, self._bindings.root)
+            work.dispatch_rays(0, list(rays))
+
+
+def _link(device: spy.Device, module: str, entries: list[str], constants: Mapping[str, int]) -> spy.ShaderProgram:
+    """The program; errors of the compiler come as :class:`ShaderError`, with its words."""
+    spy = import_slangpy()
+    try:
+        loaded = device.load_module(module)
+        known = [entry.name for entry in loaded.entry_points]
+        for entry in entries:
+            if entry not in known:
+                raise ShaderError(f"{module}.slang has no entry point {entry!r}{nearest(entry, known)}")
+        exported = _export(module, constants) if constants else None
+        return device.load_program(module, entries, additional_source=exported)
+    except (spy.SlangCompileError, RuntimeError) as error:
+        raise ShaderError(f"{module}.slang does not compile:\n{error}") from error
+
+
+def _export(module: str, constants: Mapping[str, int]) -> str:
+    """Slang source that gives the module's ``extern static const`` numbers their values."""
+    source = (SHADERS / f"{module}.slang").read_text(encoding="utf-8")
+    types = {name: kind for kind, name in re.findall(r"^extern static const (\w+) (\w+)", source, flags=re.MULTILINE)}
+    for name in constants:
+        if name not in types:
+            raise ShaderError(f"{module}.slang has no 'extern static const' {name!r}{nearest(name, types)}")
+    typed = ((types[name], name, value) for name, value in constants.items())
+    return "".join(f"export static const {kind} {name} = {kind}({value});\n" for kind, name, value in typed)

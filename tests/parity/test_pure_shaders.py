@@ -1,0 +1,218 @@
+"""The pure functions in Slang: the same as C++ and as float64 numpy, on the same inputs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from lab import _core
+from lab.engine.vulkan.program import ComputeProgram
+
+from ..oracle import cases, pure
+
+MODULE = str(Path(__file__).with_name("pure_functions"))
+
+
+def run(gpu: Any, entry: str, results: dict[str, str], count: int, /, **inputs: Any) -> list[np.ndarray]:
+    """Runs an entry point of pure_functions.slang over `count` threads; arrays are uploaded as they are."""
+    program = ComputeProgram(gpu.device, MODULE, entry, {})
+    out = {name: gpu.pool.take(count, kind, name) for name, kind in results.items()}
+    bound = {n: gpu.pool.upload(v, n) if isinstance(v, np.ndarray) else v for n, v in inputs.items()}
+    with gpu.stage(entry) as encoder:
+        program.dispatch(encoder, [count, 1, 1], count=count, **out, **bound)
+    return [buffer.numpy() for buffer in out.values()]
+
+
+def four(vectors: np.ndarray) -> np.ndarray:
+    return np.concatenate([vectors, np.zeros((len(vectors), 1))], axis=1).astype(np.float32)
+
+
+@dataclass
+class Case:
+    """One function on one set of inputs.
+
+    entry, result, inputs: of the shader. cpp, oracle: what C++ and float64 numpy make of the same. close: to the
+    oracle; near: to C++ (0: bit for bit).
+    """
+
+    entry: str
+    result: str
+    inputs: dict[str, Any]
+    cpp: Any
+    oracle: Any
+    close: float = 0
+    near: float = 0
+    count: int = 0
+
+    def threads(self) -> int:
+        arrays = [value for value in self.inputs.values() if isinstance(value, np.ndarray)]
+        return self.count or len(arrays[0])
+
+
+def random_cases() -> dict[str, Case]:
+    rng = np.random.default_rng(0)
+    edges = [[0, 0, 0, 0], [1, 0, 0, 0], [0, 0, 0, 1], [2**32 - 1] * 4, [2**31, 1, 2**16, 2**32 - 1]]
+    keys = np.concatenate([np.array(edges, np.uint32), rng.integers(0, 2**32, (500, 4), np.uint32)])
+    cases_of = {"pcg4d": Case("run_pcg4d", "4u4", {"key": keys}, _core.pcg4d(keys), pure.pcg4d(keys))}
+    for n in (2, 4, 8):
+        tiles = _core.dealt_tile(1000, 3, n)
+        cases_of[f"dealt_tile_{n}"] = Case("run_dealt_tile", "i4", {"level": 3, "n": n}, tiles, tiles, count=1000)
+    return cases_of
+
+
+def blending_cases() -> dict[str, Case]:
+    found = {}
+    for radius in (1e-4, 1.0, 1e5):
+        for first, top in ((False, False), (True, False), (False, True), (True, True)):
+            distance = (radius * np.linspace(0, 3, 601)).astype(np.float32)
+            found[f"blend_{radius:g}_{first}_{top}"] = Case(
+                "run_blend_weight",
+                "f4",
+                {"distance": distance, "blend_radius": radius, "first": first, "top": top},
+                _core.blend_weight(distance, radius, first, top),
+                pure.blend_weight(distance, np.float32(radius), first, top),
+                close=1e-6,
+                near=1e-6,
+            )
+    return found
+
+
+def lobe_cases() -> dict[str, Case]:
+    directions = pure.sphere_directions(1000).astype(np.float32)
+    found = {}
+    for number, kind in enumerate(("moments", "mean_energy", "mean")):
+        for count in (1, 2, 20):
+            rng = np.random.default_rng(count)
+            n, share = cases.unit_vectors(rng, count), rng.uniform(0.1, 1, count)
+            share = share / share.sum()
+            normal = (share @ n).astype(np.float32)
+            moment = np.einsum("k,ki,kj->ij", share, n, n)[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]].astype(np.float32)
+            for oriented in (True, False):
+                found[f"{kind}_{count}_{oriented}"] = Case(
+                    "run_emission",
+                    "f4",
+                    {
+                        "direction": four(directions),
+                        "kind": number,
+                        "normal": normal,
+                        "moment_diagonal": moment[:3],
+                        "moment_mixed": moment[3:],
+                        "oriented": oriented,
+                    },
+                    _core.emission(directions, kind, normal, moment, oriented),
+                    pure.emission(directions, kind, normal, moment, oriented),
+                    # Where little is emitted, the root of the second moment has but half of float32's digits.
+                    close=2e-4,
+                    near=2e-4,
+                )
+    return found
+
+
+def picking_cases() -> dict[str, Case]:
+    rng = np.random.default_rng(1)
+    bits = np.concatenate([[0, 1, 511, 512, 2**31, 2**32 - 1], rng.integers(0, 2**32, 2000)]).astype(np.uint32)
+    f = np.full(len(bits), 0.37, np.float32)
+    u = (np.floor(bits / 512.0) + 0.5) / 2**23
+    found = {
+        "race_key": Case(
+            "run_race_key", "f4", {"bits": bits, "weight": f}, _core.race_key(bits, f), -np.log(u) / f,
+            close=2e-5, near=2e-6,
+        )
+    }  # fmt: skip
+    uniform = np.concatenate([rng.random(4000), [0, 0.5, 1e-6, 1 - 2.0**-24]]).astype(np.float32)
+    drawn = _core.sample_raised_cosine(uniform)
+    found["raised_cosine"] = Case("run_raised_cosine", "f4", {"uniforms": uniform}, drawn, drawn, close=1e-5, near=1e-5)
+    colour = rng.random((500, 3)).astype(np.float32)
+    # Bit for bit as luminance() in C++, which is this without contraction.
+    part = np.array([0.2126, 0.7152, 0.0722], np.float32) * colour
+    exact = (part[:, 0] + part[:, 1]) + part[:, 2]
+    found["luminance"] = Case(
+        "run_luminance", "f4", {"colour": four(colour)}, exact, pure.luminance(colour), close=1e-6
+    )
+    return found
+
+
+CASES = random_cases() | blending_cases() | lobe_cases() | picking_cases()
+
+
+@pytest.mark.parametrize("case", CASES.values(), ids=CASES)
+def test_slang_is_cpp_is_numpy(gpu: Any, case: Case) -> None:
+    inputs = {
+        name: value.tolist() if isinstance(value, np.ndarray) and len(value) == 3 and value.ndim == 1 else value
+        for name, value in case.inputs.items()
+    }
+    (got,) = run(gpu, case.entry, {"result": case.result}, case.threads(), **inputs)
+    np.testing.assert_allclose(got.astype(np.float64), np.asarray(case.cpp, np.float64), rtol=case.near, atol=case.near)
+    np.testing.assert_allclose(got.astype(np.float64), case.oracle, rtol=case.close, atol=case.close)
+
+
+@pytest.mark.parametrize("batch", [1, 3, 100])
+def test_the_reservoir_picks_the_same_lights(gpu: Any, batch: int) -> None:
+    for weights in ([0.01, 5, 0.3, 0, 2, 2, 0, 0.7], range(30), [0, 0, 0, 0]):
+        weight = np.array(weights, np.float32)
+        batches = -(-len(weight) // batch)
+        uniforms = np.random.default_rng(3).random((1000, batches)).astype(np.float32)
+        want = _core.reservoir_picks(weight, uniforms.ravel(), batch)
+        (got,) = run(
+            gpu, "run_reservoir", {"result": "i4"}, 1000,
+            weight=weight, uniforms=uniforms.ravel(), lights=len(weight), batch=batch,
+        )  # fmt: skip
+        assert np.mean(got != want) < 2e-3  # but where rounding decides
+        assert np.mean(got != pure.reservoir_picks(weight, uniforms, batch)) < 2e-3
+
+
+def test_numbers_of_a_frame_are_the_hash_of_their_names(gpu: Any) -> None:
+    keys = np.random.default_rng(4).integers(0, 2**32, (300, 4), np.uint32)
+    (got,) = run(gpu, "run_random4", {"result": "4f4"}, len(keys), key=keys)
+    seeds = np.column_stack([keys[:, 2:], np.full((300, 2), [0x9E3779B9, 0x85EBCA6B], np.uint32)]).astype(np.uint32)
+    race = np.full(300, 4, np.uint32)
+    named = np.column_stack([keys[:, :2], race, pure.pcg4d(seeds)[:, 0]])
+    np.testing.assert_array_equal(got, (pure.pcg4d(named) >> 8).astype(np.float32) / np.float32(2**24))
+
+
+def test_the_sequence_is_the_published_one(gpu: Any) -> None:
+    """RXS-M-XS, in Python's own integers."""
+    seeds = np.random.default_rng(5).integers(0, 2**32, 200, np.uint32)
+    (got,) = run(gpu, "run_pcg", {"result": "2u4"}, len(seeds), seed=seeds)
+
+    def step(state: int) -> tuple[int, int]:
+        state = (state * 747796405 + 2891336453) % 2**32
+        word = ((state >> ((state >> 28) + 4)) ^ state) * 277803737 % 2**32
+        return state, word >> 22 ^ word
+
+    for seed, pair in zip(seeds.tolist(), got.tolist(), strict=True):
+        state, first = step(seed)
+        assert pair == [first, step(state)[1]]
+
+
+@pytest.mark.parametrize("clamp", [0.0, 0.3])
+def test_falloff_is_its_definition(gpu: Any, clamp: float) -> None:
+    d2 = np.concatenate([np.geomspace(1e-6, 1e6, 300), [clamp**2]]).astype(np.float32)
+    (got,) = run(gpu, "run_falloff", {"result": "2f4"}, len(d2), d2=d2, c2=clamp**2)
+    exact = d2.astype(np.float64)
+    kept = exact > 0
+    for column, kind in enumerate(("clamped", "softened")):
+        np.testing.assert_allclose(got[kept, column], pure.falloff(exact[kept], kind, clamp), rtol=1e-6)
+    assert np.isfinite(got).all()
+
+
+@pytest.mark.parametrize("axis", [(0, 0, 1), (0, 0, -1), (0.6, 0, 0.8), (-0.48, 0.6, -0.64)])
+def test_directions_have_their_densities(gpu: Any, axis: tuple[float, float, float]) -> None:
+    """Moments of the drawn directions and points, over an even lattice of uniform numbers."""
+    side = (np.arange(64) + 0.5) / 64
+    uniforms = np.stack(np.meshgrid(side, side), axis=-1).reshape(-1, 2).astype(np.float32)
+    cosine, cone, triangle = run(
+        gpu, "run_sampling", {"cosine": "4f4", "cone": "4f4", "triangle": "2f4"}, len(uniforms),
+        uniforms=uniforms, axis=axis, spread=0.5,
+    )  # fmt: skip
+    for drawn, mean in ((cosine, 2 / 3), (cone, 0.75)):
+        vectors = drawn[:, :3].astype(np.float64)
+        np.testing.assert_allclose(np.linalg.norm(vectors, axis=1), 1, atol=1e-5)
+        np.testing.assert_allclose(vectors.mean(axis=0), mean * np.array(axis), atol=2e-3)
+        assert (vectors @ np.array(axis)).min() > -1e-5
+    assert triangle.min() >= 0 and triangle.sum(axis=1).max() <= 1 + 1e-6
+    np.testing.assert_allclose(triangle.mean(axis=0), 1 / 3, atol=2e-3)
