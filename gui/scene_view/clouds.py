@@ -12,7 +12,7 @@ from gui.scene_view.actors import Part, points_actor
 from gui.scene_view.colours import Bytes
 
 WHILE_MOVING = 30_000
-"""Points of a cloud that are drawn while the view moves."""
+"""Points of a cloud that are drawn while the view moves; of spheres, which cost twice as much, half as many."""
 
 _BUCKETS = 6
 SMALLEST_PX, LARGEST_PX = 3.0, 20.0
@@ -41,7 +41,7 @@ class Cloud:
         self._still: list[tuple[vtkActor, float]] = []
         self._moving: list[tuple[vtkActor, float]] = []
         sizes = sizes_px(np.zeros(len(position)) if weight is None else weight)
-        kept = _thinned(len(position))
+        kept = _thinned(len(position), WHILE_MOVING // 2 if spheres else WHILE_MOVING)
         for size in np.unique(sizes).tolist():
             inside = sizes == size
             actor = part.add(points_actor(position[inside], colours[inside], size, spheres=spheres))
@@ -68,12 +68,12 @@ class Cloud:
             actor.VisibilityOff()
 
 
-def _thinned(count: int) -> NDArray[np.bool_] | None:
-    """Which of `count` points are kept while moving, the same each time; None for all."""
-    if count <= WHILE_MOVING:
+def _thinned(count: int, most: int) -> NDArray[np.bool_] | None:
+    """Which of `count` points are kept while moving, `most` of them and the same each time; None for all."""
+    if count <= most:
         return None
     kept = np.zeros(count, bool)
-    kept[np.random.default_rng(1).choice(count, WHILE_MOVING, replace=False)] = True
+    kept[np.random.default_rng(1).choice(count, most, replace=False)] = True
     return kept
 
 

@@ -32,7 +32,6 @@ from lab.scene.scene import Camera, Scene
 Picked = tuple[Literal["light"], int] | tuple[Literal["surface"], NDArray[np.float64]]
 
 _WITHIN_PX = 6.0
-_SAMPLES = 4  # a pixel, for smooth edges; they cost as much again
 
 
 class SceneView:
@@ -73,6 +72,9 @@ class SceneView:
         renderer.SetBackground(*(value / 255 for value in BACKGROUND))
         renderer.GradientBackgroundOff()
         self._window = renderer.GetRenderWindow()
+        # Edges are smoothed in the picture: several samples a pixel would cost three times the rest in software.
+        self._window.SetMultiSamples(0)
+        renderer.SetUseFXAA(True)
         low, high = scene.bounds
         self._radius = float(np.linalg.norm(high - low)) / 2
         self._mesh = MeshPart(renderer, scene)
@@ -286,7 +288,7 @@ class SceneView:
 
     def set_moving(self, moving: bool) -> None:
         """While the view moves, clouds are thinned out, the mesh is plainer and edges are not smoothed."""
-        self._window.SetMultiSamples(0 if moving else _SAMPLES)
+        self.plotter.renderer.SetUseFXAA(not moving)
         for part in self._parts:
             part.set_moving(moving)
 
