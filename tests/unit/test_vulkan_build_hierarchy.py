@@ -67,11 +67,11 @@ def assert_same(got: Hierarchy, want: Hierarchy) -> None:
     for name in EXACT:
         np.testing.assert_array_equal(getattr(got, name), getattr(want, name), err_msg=name)
     np.testing.assert_allclose(got.flux, want.flux, rtol=1e-5, atol=1e-8 * want.flux.max(initial=0))
-    bright = want.flux.max(axis=1) > 1e-4 * want.flux.max(initial=0)
+    bright = want.flux.max(axis=1) > 1e-8 * want.flux.max(initial=0)
     size = np.repeat(want.cell_size, np.diff(want.offset))[bright, None]
-    for name in ("position", "deviation"):
+    for name, cells in (("position", 1e-5), ("deviation", 2e-4)):
         apart = np.abs(getattr(got, name) - getattr(want, name))[bright] / size
-        assert apart.max(initial=0) < 2e-4, name
+        assert apart.max(initial=0) < cells, name
     for name in ("normal", "normal_moment"):
         np.testing.assert_allclose(getattr(got, name)[bright], getattr(want, name)[bright], atol=2e-5, err_msg=name)
 
