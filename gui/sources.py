@@ -19,16 +19,20 @@ from lab.survey import reference_of
 
 T = TypeVar("T")
 
-THIS, KEPT, KORNIA = "render", "kept", "kornia"
+THIS, KEPT, KORNIA, VULKAN = "render", "kept", "kornia", "vulkan"
 TITLES = {
     THIS: "this frame",
     KEPT: "the kept frame",
     **{f"preset:{name}": f"preset {name}" for name in PRESETS},
     KORNIA: "filter of kornia",
+    VULKAN: "the Vulkan engine",
     "brute_force": "brute force: every light",
     "path_tracer": "path tracer",
 }
 """Sources by name, as a saved state has them."""
+
+
+_LIBRARIES = {KORNIA: "kornia", VULKAN: "slangpy"}
 
 
 class Sources:
@@ -47,7 +51,7 @@ class Sources:
 
     def names(self) -> list[str]:
         """Sources that can be chosen now."""
-        absent = set() if find_spec("kornia") else {KORNIA}
+        absent = {name for name, library in _LIBRARIES.items() if find_spec(library) is None}
         return [name for name in TITLES if name not in absent and (name != KEPT or self.kept is not None)]
 
     def layers(self, method: str | None = None) -> FrameLayers | None:
@@ -97,7 +101,8 @@ class Sources:
 
     def _make_frame(self, source: str, settings: Settings, progress: Progress) -> Callable[[], None]:
         aside = _aside(source, settings)
-        frame = self.workbench.render_aside(aside, progress)
+        render = self.workbench.render_on_device if source == VULKAN else self.workbench.render_aside
+        frame = render(aside, progress)
         return lambda: self._frames.__setitem__(source, (aside, frame))
 
     def _make_reference(self, method: str, settings: Settings, frame: Frame, progress: Progress) -> Callable[[], None]:
@@ -114,6 +119,8 @@ class Sources:
 
 def _aside(source: str, settings: Settings) -> Settings:
     """The settings that `source` renders beside those of the frame."""
+    if source == VULKAN:
+        return settings
     if source == KORNIA:
         return replace(settings, params=settings.params.replace(filter_backend="kornia"))
     name = source.removeprefix("preset:")

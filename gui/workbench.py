@@ -43,6 +43,7 @@ class Workbench:
         self.settings = settings_of(view)
         self.camera_of(view.camera)
         self.frame: Frame | None = None
+        self._on_device: Renderer | None = None
         self._past: list[Settings] = []
         self._future: list[Settings] = []
 
@@ -69,6 +70,17 @@ class Workbench:
         """Another frame, to compare with."""
         camera = self.camera_of(settings.camera)
         return self.aside.render(camera, settings.size, settings.params, counts=True, progress=progress)
+
+    def render_on_device(self, settings: Settings, progress: Progress) -> Frame:
+        """The same frame by the Vulkan engine, read back. Errors: :class:`lab.LabError` where there is no device."""
+        if self._on_device is None:
+            progress("preparing the device")
+            self._on_device = Renderer(self.scene, engine="vulkan")
+        camera = self.camera_of(settings.camera)
+        frame = self._on_device.render(camera, settings.size, settings.params, counts=True, progress=progress)
+        progress("reading back")
+        names = ("image", "lights", "hierarchy", "gbuffer", "lighting", "shadows", "filtered")
+        return replace(frame, **{name: replace(getattr(frame, name)) for name in names})
 
     def change(self, **changes: object) -> Settings:
         """New settings, one step forward; they stay as they were where a value is refused.
@@ -117,6 +129,8 @@ class Workbench:
         """Gives the kept memory back."""
         self.renderer.close()
         self.aside.close()
+        if self._on_device is not None:
+            self._on_device.close()
 
     def _step(self, settings: Settings) -> Settings:
         if settings != self.settings:

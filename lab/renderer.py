@@ -36,6 +36,8 @@ class Renderer:
     another camera needs no new lights, another filter no new rays. ``regenerate=True`` does all seven stages anew, as
     for a scene that moves.
 
+    A Vulkan engine keeps its device, shaders and scene, and does every stage anew.
+
     Frames are the same, bit for bit, as those of :func:`lab.render`. They may share arrays with each other: treat
     what is in them as read-only. They stay valid after :meth:`close`.
 
@@ -58,6 +60,8 @@ class Renderer:
         self.threads = int(_core.info()["threads"]) if threads is None else int(threads)
         with self.on_threads():
             self.engine = create_engine(engine, scene, device=device)
+        # To ask whether a record is still the same one would read it back.
+        self._on_device = engine != "cpu"
         self._kept: dict[str, Made] = {}
         self._turn = threading.RLock()
         _core.keep_buffers()
@@ -84,6 +88,10 @@ class Renderer:
                 raise LabError("Renderer: it is closed; make another to render again")
             if regenerate:
                 self._kept.clear()
+            if self._on_device:
+                return render(
+                    self.scene, params, camera=camera, size=size, engine=self.engine, progress=progress, counts=counts
+                )
             stages = KeptStages(self.engine, self._kept)
             frame = render(
                 self.scene, params, camera=camera, size=size, engine=stages, progress=progress, counts=counts

@@ -265,3 +265,14 @@ def test_bad_input_is_refused_as_by_render() -> None:
             renderer.render("frnt", SIZE, SMALL)
     with pytest.raises(LabError, match="cpu"):
         lab.Renderer(SCENE, engine="cpus")
+
+
+def test_a_renderer_on_the_device_renders_what_lab_render_does(gpu: object) -> None:
+    """Again and again, with other settings, and from other cameras."""
+    scene, size = occluded_room(wall_lights(3, 60)), (32, 18)
+    with lab.Renderer(scene, engine="vulkan") as renderer:
+        for params in (Params(picker="race"), Params(picker="race", alpha=2), Params(picker="race", shadow_samples=0)):
+            frame = renderer.render(size=size, params=params, counts=True)
+            again = lab.render(scene, params, size=size, engine="vulkan")
+            np.testing.assert_allclose(frame.image.colour, again.image.colour, rtol=1e-5, atol=1e-6)
+            assert set(frame.stages_ms) == set(again.stages_ms)
