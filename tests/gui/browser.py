@@ -131,6 +131,7 @@ class Tab:
     def __init__(self, page: Page, server: Server) -> None:
         self.page, self.server = page, server
         self.errors: list[str] = []
+        self._leaving = False
         page.on("console", self._heard)
         page.on("pageerror", lambda error: self.errors.append(str(error)))
         page.on("crash", lambda _: self.errors.append("the page crashed"))
@@ -139,13 +140,17 @@ class Tab:
 
     def load(self) -> None:
         """Opens the inspector; again: reloads it. Returns with the first picture."""
+        self._leaving = True
         self.page.goto(self.server.address)
         self.page.wait_for_selector(".lab-image-a")
+        self._leaving = False
 
     def _heard(self, message: ConsoleMessage) -> None:
         # trame's page asks by POST for a launcher first, which only its own cloud has.
         harmless = "405" in message.text and "/paraview" in str(message.location.get("url"))
-        if message.type == "error" and not harmless:
+        # A page that is left tells, as an object, that what it had just asked for was not answered.
+        unanswered = self._leaving and message.text == "Object"
+        if message.type == "error" and not harmless and not unanswered:
             self.errors.append(message.text)
 
     # --- reading ------------------------------------------------------------------------------------
