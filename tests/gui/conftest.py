@@ -7,7 +7,16 @@ from collections.abc import Iterator
 import pytest
 from playwright.sync_api import Browser, BrowserContext
 
-from .browser import PARAMS, SCENE, SIZE, WINDOW, Server, Tab, chromium, open_browser, play
+from .browser import PARAMS, SCENE, SIZE, WINDOW, Server, Tab, chromium, open_browser, play, renderer
+
+
+@pytest.fixture(scope="module", autouse=True)
+def library() -> Iterator[None]:
+    """The renderer of these tests gives its memory back before others look at what is kept."""
+    yield
+    if renderer.cache_info().currsize:
+        renderer().close()
+        renderer.cache_clear()
 
 
 @pytest.fixture(scope="session")

@@ -56,7 +56,7 @@ def test_the_table_is_the_probe_s(tab: Tab) -> None:
     assert f"{len(lights):,} lights" in tab.text("#panel-pixel")
     pick = probe.picks.light[0]
     assert f"1: light {pick} (level {probe.picks.level[0]})" in tab.text(".lab-pixel-left")
-    assert tab.source("#pixel-plot").startswith("data:image/png")
+    tab.until(lambda: tab.source("#pixel-plot")[:14], lambda start: start == "data:image/png", "the plot")
 
     # By level; a row selects its light, which the scene takes apart.
     tab.click("#order-level")
@@ -92,7 +92,7 @@ def test_samples_and_account_are_the_library_s(tab: Tab) -> None:
     most = int(trials.probability.argmax())
     first = [f"{trials.index[most]}", f"{trials.level[most]}", f"{trials.count[most]}"]
     assert rows[0][:4] == [*first, f"{trials.draws * trials.probability[most]:.1f}"]
-    assert tab.source("#pixel-plot").startswith("data:image/png")
+    tab.until(lambda: tab.source("#pixel-plot")[:14], lambda start: start == "data:image/png", "the plot")
 
     tab.find("#pixel-draws").fill("many")
     tab.click("#pixel-sample")
