@@ -7,7 +7,12 @@ from collections.abc import Iterator
 import pytest
 from playwright.sync_api import Browser, BrowserContext
 
+from gui.scene_view import SceneView
+from lab.records import Hierarchy
+
+from . import scenes
 from .browser import PARAMS, SCENE, SIZE, WINDOW, Server, Tab, chromium, open_browser, play, renderer
+from .scene_views import emptied, room_view
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -65,3 +70,26 @@ def tab(server: Server, loaded: Tab) -> Iterator[Tab]:
     yield loaded
     assert not loaded.errors, "\n".join([*loaded.errors, server.complaints()])
     assert server.complaints() == before
+
+
+# --- the 3D view --------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def room() -> Iterator[SceneView]:
+    """A 3D view of the small room, for the tests of one module."""
+    made = room_view()
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def view(room: SceneView) -> SceneView:
+    """The same with nothing shown in it."""
+    return emptied(room)
+
+
+@pytest.fixture(scope="module")
+def hierarchy() -> Hierarchy:
+    """Of the small room's frame."""
+    return scenes.frame().hierarchy

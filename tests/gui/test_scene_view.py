@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import gc
-from collections.abc import Iterator
 
 import numpy as np
 import pytest
@@ -18,24 +17,7 @@ from lab.records import Hierarchy
 from lab.scene.scene import Camera, Material, Mesh, Scene
 
 from . import scenes
-from .scene_views import SIZE, emptied, room_view, shown
-
-
-@pytest.fixture(scope="module")
-def room() -> Iterator[SceneView]:
-    made = room_view()
-    yield made
-    made.close()
-
-
-@pytest.fixture
-def view(room: SceneView) -> SceneView:
-    return emptied(room)
-
-
-@pytest.fixture(scope="module")
-def hierarchy() -> Hierarchy:
-    return scenes.frame().hierarchy
+from .scene_views import SIZE, shown
 
 
 def test_the_view_looks_as_a_camera_of_the_lab_does(view: SceneView) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -17,24 +16,7 @@ from lab.pixel.members import member_shares
 from lab.records import Hierarchy
 
 from . import scenes
-from .scene_views import actors, emptied, room_view, shown
-
-
-@pytest.fixture(scope="module")
-def room() -> Iterator[SceneView]:
-    made = room_view()
-    yield made
-    made.close()
-
-
-@pytest.fixture
-def view(room: SceneView) -> SceneView:
-    return emptied(room)
-
-
-@pytest.fixture(scope="module")
-def hierarchy() -> Hierarchy:
-    return scenes.frame().hierarchy
+from .scene_views import actors, shown
 
 
 def test_levels_are_shown_in_their_colours(view: SceneView, hierarchy: Hierarchy) -> None:

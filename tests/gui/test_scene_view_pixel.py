@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 import pytest
 
@@ -15,24 +13,7 @@ from lab.records import Hierarchy
 from lab.scene.scene import Camera
 
 from . import scenes
-from .scene_views import SIZE, actors, emptied, room_view, shown
-
-
-@pytest.fixture(scope="module")
-def room() -> Iterator[SceneView]:
-    made = room_view()
-    yield made
-    made.close()
-
-
-@pytest.fixture
-def view(room: SceneView) -> SceneView:
-    return emptied(room)
-
-
-@pytest.fixture(scope="module")
-def hierarchy() -> Hierarchy:
-    return scenes.frame().hierarchy
+from .scene_views import SIZE, actors, shown
 
 
 def test_rays_are_green_where_free_and_red_where_blocked(view: SceneView) -> None:
