@@ -23,10 +23,9 @@ from gui.sources import Sources
 from gui.view_state import ViewState, parse_view_state
 from gui.workbench import Settings, Workbench, command_line, python_code, settings_of
 from lab import LabError
-from lab.colour import auto_exposure
 from lab.pixel import Probe, probe_pixel
 from lab.records import Frame
-from lab.report import export_metadata
+from lab.report import export_metadata, shown_exposure
 
 T = TypeVar("T")
 
@@ -52,6 +51,7 @@ class Inspector:
         self.sources = Sources(workbench)
         self.jobs = Jobs(self._job_changed, self._job_failed)
         self.panels: dict[str, Panel] = {}
+        self._exposed: tuple[Frame, float] | None = None
         self._probe: tuple[Frame, tuple[int, int], Probe] | None = None
         self._later: dict[str, Callable[[], None]] = {}
         self._closed = False
@@ -158,10 +158,10 @@ class Inspector:
     @property
     def exposure(self) -> float:
         """Factor on light before it is shown: the scene's, or what suits the frame, with the user's stops."""
-        frame, own = self.frame, self.workbench.scene.exposure
-        if own is None and frame is not None:
-            own = auto_exposure(frame.image.colour, frame.gbuffer.depth > 0)
-        return (1.0 if own is None else own) * math.exp2(self.view.exposure)
+        frame = self.frame
+        if frame is not None and (self._exposed is None or self._exposed[0] is not frame):
+            self._exposed = frame, shown_exposure(self.workbench.scene, frame)
+        return (1.0 if self._exposed is None else self._exposed[1]) * math.exp2(self.view.exposure)
 
     # --- work and words -----------------------------------------------------------------------------
 

@@ -28,13 +28,12 @@ from gui.scene_view import SceneView
 from gui.view_state import ViewState
 from gui.wipe import wipe
 from gui.workbench import Workbench
-from lab.colour import auto_exposure
 from lab.figure import PAPER
 from lab.frame import Progress
 from lab.outputs import check_writable, write_all
 from lab.pixel import Probe, member_shares, probe_pixel, sample_pixel
 from lab.records import Frame
-from lab.report import level_records
+from lab.report import level_records, shown_exposure
 from lab.survey import compare_importance, leak_map, overdraw_growth, overdraw_survey, reference_of
 
 LAYERS = (
@@ -83,9 +82,7 @@ class _Shots:
     def __init__(self, workbench: Workbench, view: ViewState, frame: Frame) -> None:
         self.workbench, self.view, self.frame = workbench, view, frame
         self.layers = FrameLayers(frame, workbench.renderer.engine)
-        own = workbench.scene.exposure
-        fitting = auto_exposure(frame.image.colour, frame.gbuffer.depth > 0) if own is None else own
-        self.exposure = fitting * 2.0**view.exposure
+        self.exposure = shown_exposure(workbench.scene, frame) * 2.0**view.exposure
 
     def views(self, progress: Progress) -> Views:
         """Names and what draws them, in the order of the frame."""
@@ -165,15 +162,7 @@ class _Shots:
         scene.show_cells(hierarchy, view.cells if name == "scene-levels" and 0 < view.cells <= hierarchy.top else None)
         members = None if light is None else member_shares(hierarchy, light, frame.params)
         scene.select_light(hierarchy, light, frame.params, members)
-        if name == "scene-pixel" and probe.depth > 0:
-            traced = probe.picks.traced
-            scene.show_rays(
-                probe.point, probe.picks.point[traced], probe.picks.visible[traced], normal=probe.normal
-            )  # fmt: skip
-            scene.show_pixel_lights(probe)
-        else:
-            scene.show_rays(None)
-            scene.show_pixel_lights(None)
+        scene.show_probe(probe if name == "scene-pixel" else None)
         scene.look_from(frame.camera)
         if light is not None:
             scene.fly_to(hierarchy.position[light])

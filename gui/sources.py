@@ -5,19 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from importlib.util import find_spec
-from typing import TypeVar
 
 from gui.layers import FrameLayers
-from gui.workbench import Settings, Workbench
+from gui.workbench import Settings, Workbench, with_preset
 from lab import LabError
 from lab.errors import nearest
 from lab.frame import Progress
-from lab.params import PRESETS, preset
+from lab.params import PRESETS
 from lab.records import Frame
 from lab.reference import METHODS, SETTINGS_THAT_COUNT, Reference
 from lab.survey import reference_of
-
-T = TypeVar("T")
 
 THIS, KEPT, KORNIA, VULKAN = "render", "kept", "kornia", "vulkan"
 TITLES = {
@@ -39,7 +36,7 @@ class Sources:
     """Makes what a frame is compared with, and keeps it as long as it belongs to the frame's settings.
 
     Attributes:
-        kept: a frame set aside by hand, with its settings.
+        kept: a frame set aside by hand.
     """
 
     def __init__(self, workbench: Workbench) -> None:
@@ -59,7 +56,8 @@ class Sources:
         frame = self.workbench.frame
         if frame is None:
             return None
-        found = self.reference(method or "brute_force") or self.reference("path_tracer" if method is None else method)
+        methods = ("brute_force", "path_tracer") if method is None else (method,)
+        found = next(filter(None, map(self.reference, methods)), None)
         identity = id(frame), id(found)
         if self._layers is None or self._layers[0] != identity:
             self._layers = identity, FrameLayers(frame, self.workbench.renderer.engine, found)
@@ -123,9 +121,7 @@ def _aside(source: str, settings: Settings) -> Settings:
         return settings
     if source == KORNIA:
         return replace(settings, params=settings.params.replace(filter_backend="kornia"))
-    name = source.removeprefix("preset:")
-    kept = {key: getattr(settings.params, key) for key in ("vpls", "max_bounces", "seed", "frame")}
-    return replace(settings, preset=name, params=preset(name, **kept))
+    return with_preset(settings, source.removeprefix("preset:"))
 
 
 def _reference_key(method: str, settings: Settings) -> object:

@@ -96,8 +96,7 @@ class Workbench:
 
     def choose_preset(self, name: str) -> Settings:
         """All settings as the preset says; the seed and the number of VPLs stay."""
-        kept = {key: getattr(self.settings.params, key) for key in ("vpls", "max_bounces", "seed", "frame")}
-        return self._step(replace(self.settings, preset=name, params=preset(name, **kept)))
+        return self._step(with_preset(self.settings, name))
 
     def reset(self) -> Settings:
         """All settings as the preset says."""
@@ -145,6 +144,12 @@ class Workbench:
             to.append(self.settings)
             self.settings = from_.pop()
         return self.settings
+
+
+def with_preset(settings: Settings, name: str) -> Settings:
+    """`settings` as the preset says; the lights and the random numbers stay."""
+    kept = {key: getattr(settings.params, key) for key in ("vpls", "max_bounces", "seed", "frame")}
+    return replace(settings, preset=name, params=preset(name, **kept))
 
 
 def settings_of(view: ViewState) -> Settings:

@@ -98,9 +98,6 @@ def add_maxima(record: Record, channels: Mapping[str, NDArray[Any]], seen: NDArr
 
 def _scene_record(scene: Scene, frame: Frame, overrides: dict[str, str], base: Path) -> Record:
     path = Path(scene.path).resolve()
-    exposure = scene.exposure
-    if exposure is None:
-        exposure = auto_exposure(frame.image.colour, frame.gbuffer.depth > 0)
     return {
         "path": str(path),
         # So that a record moved together with its scene still finds it.
@@ -110,9 +107,16 @@ def _scene_record(scene: Scene, frame: Frame, overrides: dict[str, str], base: P
         "lights": light_counts(scene),
         "camera": camera_record(frame.camera),
         "size": list(frame.gbuffer.size),
-        "exposure": exposure,
+        "exposure": shown_exposure(scene, frame),
         "overrides": overrides,
     }
+
+
+def shown_exposure(scene: Scene, frame: Frame) -> float:
+    """The exposure that a picture of the frame has: the scene's, or the one that suits the frame."""
+    if scene.exposure is not None:
+        return scene.exposure
+    return auto_exposure(frame.image.colour, frame.gbuffer.depth > 0)
 
 
 def camera_record(camera: Camera) -> Record:

@@ -25,7 +25,11 @@ def jpeg_bytes(pixels: Pixels, quality: int = 90) -> bytes:
 
 def data_url(pixels: Pixels, jpeg: bool = False) -> str:
     """The picture as the address of an ``<img>``."""
-    kind, data = ("jpeg", jpeg_bytes(pixels)) if jpeg else ("png", png_bytes(pixels))
+    return image_url(jpeg_bytes(pixels), "jpeg") if jpeg else image_url(png_bytes(pixels))
+
+
+def image_url(data: bytes, kind: str = "png") -> str:
+    """An image file as the address of an ``<img>``."""
     return f"data:image/{kind};base64,{base64.b64encode(data).decode('ascii')}"
 
 

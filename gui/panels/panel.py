@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from gui.inspector import Inspector
 
+DENSE = {"density": "compact", "hide_details": True, "variant": "outlined"}
+"""How fields look on this page."""
 
-class Panel:
+
+class Panel(ABC):
     """A part of the page. It draws widgets once, and then answers to what changes.
 
     Only the panel that is open is asked to show something: :meth:`show` must bring everything up to date from
@@ -23,20 +27,20 @@ class Panel:
         """The page's variables, shared with every browser that looks at it."""
         return self.app.state
 
+    @abstractmethod
     def build(self) -> None:
         """Makes the widgets, inside the layout's current place. Called once."""
-        raise NotImplementedError
 
+    @abstractmethod
     def show(self) -> None:
         """Brings what is shown up to date. Quick: longer work goes through ``app.run``."""
-        raise NotImplementedError
 
-    def hide(self) -> None:
+    def hide(self) -> None:  # noqa: B027 (most have nothing to hide)
         """Another panel is opened in its place."""
 
     def screenshot(self) -> bytes:
         """What is shown, as PNG; empty where there is nothing yet."""
         return b""
 
-    def close(self) -> None:
+    def close(self) -> None:  # noqa: B027 (most hold nothing)
         """Frees what is held outside Python's sight."""

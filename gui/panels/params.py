@@ -7,11 +7,9 @@ from typing import Any
 from trame.widgets import html
 from trame.widgets import vuetify3 as v3
 
-from gui.panels.panel import Panel
+from gui.panels.panel import DENSE, Panel
 from lab import LabError
 from lab.params import GROUPS, PRESETS, SETTINGS, Params, Setting
-
-_DENSE = {"density": "compact", "hide_details": True, "variant": "outlined"}
 
 
 def tooltip(name: str) -> str:
@@ -95,15 +93,15 @@ class ParamsPanel(Panel):
     def _frame_row(self) -> None:
         with html.Div(classes="lab-frame-row"):
             v3.VSelect(
-                label="preset", model_value=("preset", "ours"), items=("presets",), id="preset", **_DENSE,
+                label="preset", model_value=("preset", "ours"), items=("presets",), id="preset", **DENSE,
                 update_modelValue=(self.app.choose_preset, "[$event]"),
             )  # fmt: skip
             v3.VSelect(
-                label="camera", model_value=("camera", ""), items=("cameras",), id="camera", **_DENSE,
+                label="camera", model_value=("camera", ""), items=("cameras",), id="camera", **DENSE,
                 update_modelValue=(self.app.choose_camera, "[$event]"),
             )  # fmt: skip
             v3.VTextField(
-                label="size", model_value=("size", ""), error=("!!param_errors.size",), id="size", **_DENSE,
+                label="size", model_value=("size", ""), error=("!!param_errors.size",), id="size", **DENSE,
                 change=(self.set_size, "[$event.target.value]"), title="pixels of the picture",
             )  # fmt: skip
             html.Div("{{ param_errors.size }}", v_if=("param_errors.size",), classes="lab-error")
@@ -129,13 +127,13 @@ class ParamsPanel(Panel):
     def _choice(self, name: str, setting: Setting) -> None:
         self.state[f"choices_{name}"] = list(setting.choices)
         v3.VSelect(
-            model_value=(f"params.{name}",), items=(f"choices_{name}",), id=f"param-{name}", **_DENSE,
+            model_value=(f"params.{name}",), items=(f"choices_{name}",), id=f"param-{name}", **DENSE,
             update_modelValue=(self.set, f"['{name}', $event]"),
         )  # fmt: skip
 
     def _number(self, name: str) -> None:
         v3.VTextField(
-            model_value=(f"params.{name}",), error=(f"!!param_errors.{name}",), id=f"param-{name}", **_DENSE,
+            model_value=(f"params.{name}",), error=(f"!!param_errors.{name}",), id=f"param-{name}", **DENSE,
             change=(self.set, f"['{name}', $event.target.value]"),
         )  # fmt: skip
 

@@ -11,7 +11,7 @@ from trame.widgets import vuetify3 as v3
 
 from gui.layers import FrameLayers, LayerPicture, data_url, layer_picture, png_bytes
 from gui.layers.catalogue import LIGHT, SIGNED, find_layer
-from gui.panels.panel import Panel
+from gui.panels.panel import DENSE, Panel
 from gui.sources import KEPT, THIS, TITLES
 from gui.view_state import COLOUR_MAPS
 from gui.web import Picture
@@ -21,7 +21,6 @@ from lab.reference import METHODS
 
 MOST_STOPS = 20.0
 KEPT_PICTURES = 4
-_DENSE = {"density": "compact", "hide_details": True, "variant": "outlined"}
 HELP = (
     ("1-9", "show that layer of the list"),
     ("Shift + 1-9", "compare with that layer"),
@@ -231,7 +230,7 @@ class PicturePanel(Panel):
         look = self.app.look
         with html.Div(classes="lab-choices"):
             v3.VSelect(
-                model_value=("layer", "colour"), items=("layer_items",), label="layer", id="layer", **_DENSE,
+                model_value=("layer", "colour"), items=("layer_items",), label="layer", id="layer", **DENSE,
                 update_modelValue=(lambda name: look(layer=name), "[$event]"), classes="lab-wide",
             )  # fmt: skip
             with v3.VBtnToggle(
@@ -247,21 +246,21 @@ class PicturePanel(Panel):
             with html.Div(v_show=("compare != 'off'",), classes="lab-other"):
                 v3.VSelect(
                     model_value=("other_source", THIS), items=("source_items",), label="B of", id="other-source",
-                    update_modelValue=(lambda name: look(other_source=name), "[$event]"), **_DENSE,
+                    update_modelValue=(lambda name: look(other_source=name), "[$event]"), **DENSE,
                 )  # fmt: skip
                 v3.VSelect(
                     model_value=("other_layer", "unshadowed"), items=("other_items",), label="layer of B",
-                    update_modelValue=(lambda name: look(other_layer=name), "[$event]"), id="other-layer", **_DENSE,
+                    update_modelValue=(lambda name: look(other_layer=name), "[$event]"), id="other-layer", **DENSE,
                 )  # fmt: skip
             v3.VTextField(
-                model_value=("exposure", 0), label="stops", id="exposure", **_DENSE, v_show=("light_shown",),
+                model_value=("exposure", 0), label="stops", id="exposure", **DENSE, v_show=("light_shown",),
                 change=(self._set_exposure, "[$event.target.value]"), classes="lab-narrow",
                 title="exposure over the automatic one, in stops (E, Shift+E)",
             )  # fmt: skip
             with html.Div(v_show=("!light_shown",), classes="lab-other lab-maps"):
                 v3.VSelect(
                     model_value=("colour_map", "heat"), items=(f"{list(COLOUR_MAPS)}",), label="colours",
-                    update_modelValue=(lambda name: look(colour_map=name), "[$event]"), id="colour-map", **_DENSE,
+                    update_modelValue=(lambda name: look(colour_map=name), "[$event]"), id="colour-map", **DENSE,
                 )  # fmt: skip
                 v3.VCheckbox(
                     model_value=("log_scale", False), label="log", density="compact", hide_details=True, id="log-scale",

@@ -11,7 +11,7 @@ from trame.widgets import vuetify3 as v3
 from trame.widgets.vtk import VtkRemoteView
 
 from gui.layers import png_bytes
-from gui.panels.panel import Panel
+from gui.panels.panel import DENSE, Panel
 from gui.scene_view import SceneView
 from gui.scene_view.navigation import Navigation
 from gui.view_state import COLOUR_BYS, MESH_STYLES
@@ -19,7 +19,6 @@ from lab import LabError
 from lab.pixel import member_shares, pixel_of_point
 from lab.scene.scene import Camera
 
-_DENSE = {"density": "compact", "hide_details": True, "variant": "outlined"}
 ENCODING_SECONDS = (0.03, 0.08, 0.2)
 
 
@@ -133,18 +132,7 @@ class ScenePanel(Panel):
     def _show_pixel(self) -> None:
         probe, frame = self.app.probe, self.app.frame
 
-        def rays() -> None:
-            if probe is None or probe.depth == 0:
-                self.view.show_rays(None)
-                self.view.show_pixel_lights(None)
-                return
-            traced = probe.picks.traced
-            self.view.show_rays(
-                probe.point, probe.picks.point[traced], probe.picks.visible[traced], normal=probe.normal
-            )
-            self.view.show_pixel_lights(probe)
-
-        self._part("pixel", (id(frame), self.app.pixel), rays)
+        self._part("pixel", (id(frame), self.app.pixel), lambda: self.view.show_probe(probe))
 
     def _part(self, name: str, key: Hashable, draw: Callable[[], None]) -> None:
         if name not in self._drawn or self._drawn[name] != key:
@@ -291,7 +279,7 @@ class ScenePanel(Panel):
     def _select(self, name: str, items: Any, label: str, choose: Callable[[Any], None]) -> None:
         v3.VSelect(
             model_value=(name, None), items=items if isinstance(items, tuple) else (f"{items}",), label=label,
-            update_modelValue=(choose, "[$event]"), id=name.replace("_", "-"), classes="lab-scene-select", **_DENSE,
+            update_modelValue=(choose, "[$event]"), id=name.replace("_", "-"), classes="lab-scene-select", **DENSE,
         )  # fmt: skip
 
     def _slide(self, level: float) -> None:

@@ -185,6 +185,16 @@ class SceneView:
         self._pixel_lights.show_probe(probe)
         self._changed()
 
+    def show_probe(self, probe: Any | None) -> None:
+        """A probed pixel: its shadow rays, and the lights that light it. None, or a pixel of nothing: none."""
+        if probe is None or probe.depth == 0:
+            self.show_rays(None)
+            self.show_pixel_lights(None)
+            return
+        picks, traced = probe.picks, probe.picks.traced
+        self.show_rays(probe.point, picks.point[traced], picks.visible[traced], normal=probe.normal)
+        self.show_pixel_lights(probe)
+
     def show_frustum(self, camera: Camera | None, size: tuple[int, int] = (16, 9)) -> None:
         """The cone of sight of `camera` for a picture of `size` = (width, height)."""
         self._frustum.show(camera, size, 0.12 * self._radius)

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import dataclasses
 from functools import cache
 
 import lab
 from lab.engine.cpu import CpuEngine
 from lab.records import Frame
 from lab.reference import Budget, Reference, brute_force
-from lab.scene.scene import Camera, Material, PointLight, SpotLight
+from lab.scene.scene import Camera
 
-from ..oracle_geometry.scenes import occluded_room, quad
+from ..oracle_geometry.scenes import lamp_room
 
 CAMERA = Camera("c", (1.6, 1.2, 1.8), (-0.3, 0.8, -0.4), fov_y_deg=80.0)
 SIZE = (40, 24)
@@ -19,18 +18,8 @@ SIZE = (40, 24)
 
 @cache
 def engine() -> CpuEngine:
-    """The room, lit by a point, a spot and a lamp; a window of background."""
-    lamp = quad((-0.5, 1.95, -0.5), (0.5, 1.95, -0.5), (0.5, 1.95, 0.5), (-0.5, 1.95, 0.5), 3)
-    scene = occluded_room(
-        points=[PointLight((0.9, 1.7, 0.9), (1.0, 2.0, 3.0))], spots=[SpotLight((0, 1.9, 1), (0, -1, -0.5), (4, 4, 4))]
-    )
-    walls = dataclasses.replace(scene.meshes[0], index=scene.meshes[0].index[:10])
-    materials = [*scene.materials, Material("lamp", emission=(4.0, 3.0, 2.0))]
-    return CpuEngine(
-        dataclasses.replace(
-            scene, meshes=[walls, *scene.meshes[1:], lamp], materials=materials, background=(0.2, 0.3, 0.5)
-        )
-    )
+    """Of a room with every kind of light."""
+    return CpuEngine(lamp_room())
 
 
 @cache

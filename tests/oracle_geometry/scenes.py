@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from lab.engine.cpu import CpuEngine
 from lab.records import GBuffer, Lights
-from lab.scene.scene import Camera, Material, Mesh, Scene
+from lab.scene.scene import Camera, Material, Mesh, PointLight, Scene, SpotLight
 
 Array = NDArray[np.float64]
 
@@ -109,3 +109,16 @@ def tilted(gbuffer: GBuffer, seed: int = 0) -> GBuffer:
 def core_of(scene: Scene) -> Any:
     """The C++ scene under an engine."""
     return CpuEngine(scene)._core_scene
+
+
+def lamp_room() -> Scene:
+    """The occluded room, lit by a point, a spot and a lamp; a window of background."""
+    lamp = quad((-0.5, 1.95, -0.5), (0.5, 1.95, -0.5), (0.5, 1.95, 0.5), (-0.5, 1.95, 0.5), 3)
+    scene = occluded_room(
+        points=[PointLight((0.9, 1.7, 0.9), (1.0, 2.0, 3.0))], spots=[SpotLight((0, 1.9, 1), (0, -1, -0.5), (4, 4, 4))]
+    )
+    walls = dataclasses.replace(scene.meshes[0], index=scene.meshes[0].index[:10])
+    materials = [*scene.materials, Material("lamp", emission=(4.0, 3.0, 2.0))]
+    return dataclasses.replace(
+        scene, meshes=[walls, *scene.meshes[1:], lamp], materials=materials, background=(0.2, 0.3, 0.5)
+    )

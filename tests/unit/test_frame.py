@@ -17,9 +17,9 @@ from lab.engine.cpu import CpuEngine
 from lab.errors import LabError
 from lab.params import PRESETS, SETTINGS, Params, preset
 from lab.records import Frame
-from lab.scene.scene import Camera, Material, PointLight, SpotLight
+from lab.scene.scene import Camera, Material, PointLight
 
-from ..oracle_geometry.scenes import box, occluded_room, quad, scene_of, soup, wall_lights
+from ..oracle_geometry.scenes import box, lamp_room, occluded_room, scene_of, soup, wall_lights
 
 CAMERA = Camera("c", (1.6, 1.2, 1.8), (-0.3, 0.8, -0.4), fov_y_deg=80.0)
 SIZE = (24, 14)
@@ -28,18 +28,8 @@ SMALL = {"vpls": 400}
 
 @cache
 def engine() -> CpuEngine:
-    """The room, lit by a point, a spot and a lamp; a window of background."""
-    lamp = quad((-0.5, 1.95, -0.5), (0.5, 1.95, -0.5), (0.5, 1.95, 0.5), (-0.5, 1.95, 0.5), 3)
-    scene = occluded_room(
-        points=[PointLight((0.9, 1.7, 0.9), (1.0, 2.0, 3.0))], spots=[SpotLight((0, 1.9, 1), (0, -1, -0.5), (4, 4, 4))]
-    )
-    walls = dataclasses.replace(scene.meshes[0], index=scene.meshes[0].index[:10])
-    materials = [*scene.materials, Material("lamp", emission=(4.0, 3.0, 2.0))]
-    return CpuEngine(
-        dataclasses.replace(
-            scene, meshes=[walls, *scene.meshes[1:], lamp], materials=materials, background=(0.2, 0.3, 0.5)
-        )
-    )
+    """Of a room with every kind of light."""
+    return CpuEngine(lamp_room())
 
 
 def frame(size: tuple[int, int] = SIZE, **settings: Any) -> Frame:
