@@ -53,28 +53,13 @@ py::array emission_(const py::object& direction, const std::string& kind, const 
     return to_numpy(std::move(out));
 }
 
-// A reservoir over (n,) weights in batches of `batch`, once for each row of (m, batches) uniforms -> (m,) picks.
-py::array reservoir_picks(const py::object& weight, const py::object& uniform, std::size_t batch) {
-    const auto f = view<float>(weight, "weight"), u = view<float>(uniform, "uniform");
-    const std::size_t batches = std::max<std::size_t>(1, (f.size() + batch - 1) / batch);
-    std::vector<std::int32_t> picks;
-    for (std::size_t run = 0; run < u.size() / batches; ++run) {
-        std::int32_t pick = -1;
-        float before = 0;
-        for (std::size_t b = 0; b < batches; ++b) {
-            const std::size_t first = b * batch, size = std::min(batch, f.size() - first);
-            float sum = 0, after = 0;
-            for (std::size_t i = 0; i < size; ++i) sum += f[first + i];
-            const float point = reservoir_point(u[run * batches + b], before, sum);
-            std::int32_t passed = 0;
-            for (std::size_t i = 0; i < size; ++i)
-                reservoir_pass(point, after += f[first + i], static_cast<std::int32_t>(i + 1), passed);
-            if (passed < static_cast<std::int32_t>(size)) pick = static_cast<std::int32_t>(first) + passed;
-            before += sum;
-        }
-        picks.push_back(pick);
-    }
-    return to_numpy(std::move(picks));
+// (n,) sums and (n,) seeds -> (n,) last records and (n,) sums up to which they stay the last.
+py::tuple last_record_(const py::object& below, const py::object& seed) {
+    const auto b = view<float>(below, "below");
+    const auto s = view<std::uint32_t>(seed, "seed", b.size());
+    std::vector<float> last(b.size()), next(b.size());
+    for (std::size_t i = 0; i < b.size(); ++i) last[i] = last_record(b[i], s[i], next[i]);
+    return py::make_tuple(to_numpy(std::move(last)), to_numpy(std::move(next)));
 }
 
 // (n,) random bits and (n,) weights -> (n,) keys.
@@ -118,7 +103,7 @@ void bind_pure(py::module_& m) {
           py::arg("top"));
     m.def("emission", &emission_, py::arg("direction"), py::arg("kind"), py::arg("normal"), py::arg("normal_moment"),
           py::arg("oriented"));
-    m.def("reservoir_picks", &reservoir_picks, py::arg("weight"), py::arg("uniform"), py::arg("batch"));
+    m.def("last_record", &last_record_, py::arg("below"), py::arg("seed"));
     m.def("race_key", &race_key_, py::arg("bits"), py::arg("weight"));
     m.def("sample_raised_cosine", &raised_cosine, py::arg("uniform"));
     m.def("dealt_tile", &dealt_tile_, py::arg("count"), py::arg("level"), py::arg("n"));

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 WRAP = 0xFFFFFFFF
@@ -70,23 +72,45 @@ def falloff(d2, kind, clamp):
     return 1 / (np.maximum(d2, clamp**2) if kind == "clamped" else d2 + clamp**2)
 
 
-def reservoir_picks(weight, uniform, batch):
-    """Weighted reservoir over (n,) weights in batches, by (m, batches) uniforms: (m,) picks, -1 for none.
+def pcg(seed):
+    """RXS-M-XS of O'Neill, "PCG", 2014, in Python's own integers: the endless sequence from one 32-bit state."""
+    state = int(seed)
+    while True:
+        state = (state * 747796405 + 2891336453) & WRAP
+        word = ((state >> ((state >> 28) + 4)) ^ state) * 277803737 & WRAP
+        yield word >> 22 ^ word
 
-    A batch replaces the pick with its share of all weight so far. The uniform that decides so, re-scaled, chooses
-    within the batch in proportion to the weights.
-    """
-    weight, picks = np.asarray(weight, np.float64), []
-    for drawn in np.asarray(uniform, np.float64):
-        pick, total = -1, 0.0
-        for u, first in zip(drawn, range(0, len(weight), batch), strict=True):
-            share = weight[first : first + batch]
-            total += share.sum()
-            if share.sum() > 0 and u < share.sum() / total:
-                within = u / (share.sum() / total)
-                pick = first + int(np.searchsorted(np.cumsum(share) / share.sum(), within, side="right"))
-        picks.append(pick)
-    return np.array(picks)
+
+def records(seed, exponent):
+    """The records of a sample in [2^exponent, 2^(exponent + 1)), falling: each a uniform share of the one before."""
+    bits, found = pcg(int(seed) + (exponent + 127) * 0x9E3779B9 & WRAP), []
+    record = 2.0 ** (exponent + 1)
+    while (record := record * ((next(bits) >> 8) / 2**24)) >= 2.0**exponent:
+        found.append(record)
+    return found
+
+
+def last_record(below, seed):
+    """The last record of each sample below its sum: (n,) sums and seeds -> (n,) float64; 0 where there is none."""
+    return np.array([_last_record_of(float(sum_), seed) for sum_, seed in zip(below, seed, strict=True)])
+
+
+def _last_record_of(below, seed):
+    if below <= 0:
+        return 0.0
+    for exponent in range(math.frexp(below)[1] - 1, -127, -1):
+        for record in records(seed, exponent):
+            if record < below:
+                return record
+    return 0.0
+
+
+def reservoir_picks(weight, seed):
+    """What samples with (m,) seeds pick from (n,) weights: the light in whose stretch of the sum the last record is."""
+    ends = np.cumsum(np.asarray(weight, np.float64))
+    if not len(ends) or ends[-1] == 0:
+        return np.full(len(seed), -1)
+    return np.searchsorted(ends, last_record(np.full(len(seed), ends[-1]), seed), side="right")
 
 
 def raised_cosine_cdf(x):

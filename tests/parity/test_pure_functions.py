@@ -186,48 +186,62 @@ def assert_drawn(picks, weights):
         assert stats.chisquare(got, want).pvalue > UNLIKELY
 
 
-def reservoir_uniforms(runs, lights, batch, seed):
-    return uniforms(runs * max(1, -(-lights // batch)), seed)
+def seeds(count, seed):
+    return np.random.default_rng(seed).integers(0, 2**32, count, np.uint32)
 
 
+@pytest.mark.parametrize("batches", [1, 3, 1000])
 @pytest.mark.parametrize("weights", WEIGHTS.values(), ids=WEIGHTS)
 @pytest.mark.parametrize("shuffle", [False, True])
-@pytest.mark.parametrize("batch", [1, 2, 5, 100])
-def test_reservoir_picks_in_proportion_to_the_weights(weights, shuffle, batch):
+def test_last_records_pick_in_proportion_to_the_weights(weights, shuffle, batches):
+    """However the sum is reached: where the last record below a batch's end lies before the batch, the pick stays."""
     order = np.random.default_rng(5).permutation(len(weights)) if shuffle else np.arange(len(weights))
-    drawn = reservoir_uniforms(40000, len(weights), batch, 6)
-    picks = _core.reservoir_picks(weights[order].astype(np.float32), drawn, batch)
-    assert len(picks) == 40000
+    ends = np.cumsum(weights[order].astype(np.float32))
+    sample = seeds(20000, 6)
+    picks = np.full(len(sample), -1)
+    for batch in np.array_split(np.arange(len(ends)), batches):
+        if len(batch):
+            before = ends[batch[0] - 1] if batch[0] > 0 else 0
+            record, _ = _core.last_record(np.full(len(sample), ends[batch[-1]]), sample)
+            taken = (record >= before) & (record < ends[batch[-1]])
+            picks[taken] = np.searchsorted(ends, record[taken], side="right")
     assert_drawn(order[picks], weights)
+    np.testing.assert_array_equal(picks[:300], pure.reservoir_picks(weights[order], sample[:300]))
 
 
-@pytest.mark.parametrize("weights", WEIGHTS.values(), ids=WEIGHTS)
-@pytest.mark.parametrize("batch", [1, 2, 5, 100])
-def test_reservoir_is_its_definition(weights, batch):
-    """The same picks as the oracle's from the same uniforms, but where rounding decides."""
-    drawn = reservoir_uniforms(2000, len(weights), batch, 11)
-    picks = _core.reservoir_picks(weights.astype(np.float32), drawn, batch)
-    want = pure.reservoir_picks(weights, drawn.reshape(2000, -1), batch)
-    assert np.mean(picks != want) < 2e-3
+SUMS = np.concatenate(
+    [
+        np.geomspace(1e-37, 3e38, 300),
+        2.0 ** np.arange(-126, 128, 7),
+        np.linspace(1, 2, 50)[:-1],
+        [0, 1e-40, 3.4028235e38],
+    ]
+).astype(np.float32)
 
 
-@pytest.mark.parametrize("batch", [1, 3, 9])
-def test_reservoir_of_nothing_picks_nothing(batch):
-    for lights in (4, 0):
-        drawn = reservoir_uniforms(10, lights, batch, 7)
-        assert _core.reservoir_picks(np.zeros(lights, np.float32), drawn, batch).tolist() == [-1] * 10
+def test_last_record_is_its_definition():
+    below, sample = np.tile(SUMS, 10), seeds(10 * len(SUMS), 11)
+    last, next_one = _core.last_record(below, sample)
+    np.testing.assert_allclose(last, pure.last_record(below, sample), rtol=1e-6)
+    positive = below > 1e-37
+    assert (last[positive] < below[positive]).all() and (next_one >= below).all()
+    # Up to the next one it stays the last; there it may be followed by another.
+    finite = next_one < np.inf
+    same, _ = _core.last_record(next_one[finite], sample[finite])
+    np.testing.assert_array_equal(same, last[finite])
+    after, _ = _core.last_record(np.nextafter(next_one[finite], np.float32(np.inf)), sample[finite])
+    assert ((after == last[finite]) | (after == next_one[finite])).all() and (after == next_one[finite]).any()
 
 
-def test_reservoir_splits_the_uniform_exactly():
-    """Which light a uniform picks. In one batch: the first up to its share; one by one: the second below its own."""
-    u = np.linspace(0, 1, 1001, endpoint=False, dtype=np.float32)
-    weights = np.array([3, 1], np.float32)
-    np.testing.assert_array_equal(_core.reservoir_picks(weights, u, 2), (u >= 0.75).astype(int))
-    one_by_one = np.stack([np.full_like(u, 0.5), u], axis=1).ravel()
-    np.testing.assert_array_equal(_core.reservoir_picks(weights, one_by_one, 1), (u < 0.25).astype(int))
-    largest = np.full(1, 1 - 2.0**-24, np.float32)
-    for total in np.random.default_rng(12).uniform(1e-6, 1e6, 1000).astype(np.float32):
-        assert _core.reservoir_picks(total[None], largest, 1).tolist() == [0], "something is always picked"
+@pytest.mark.parametrize("below", [1.0, 1.3, 1.999, 2.0, 1e-20, 7e30])
+def test_last_record_is_a_uniform_share_of_the_sum(below):
+    last, _ = _core.last_record(np.full(50000, below, np.float32), seeds(50000, 12))
+    assert stats.kstest(last / np.float32(below), "uniform").pvalue > UNLIKELY
+
+
+def test_a_sum_that_is_no_number_ends_the_search():
+    last, _ = _core.last_record(np.array([np.inf, np.nan], np.float32), seeds(2, 13))
+    assert (last[0] >= 0) and not (last[1] > 0)
 
 
 @pytest.mark.parametrize("weights", WEIGHTS.values(), ids=WEIGHTS)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -17,9 +18,17 @@ from ..oracle import cases, pure
 MODULE = str(Path(__file__).with_name("pure_functions"))
 
 
-def run(gpu: Any, entry: str, results: dict[str, str], count: int, /, **inputs: Any) -> list[np.ndarray]:
+def run(
+    gpu: Any,
+    entry: str,
+    results: dict[str, str],
+    count: int,
+    constants: dict[str, int] | None = None,
+    /,
+    **inputs: Any,
+) -> list[np.ndarray]:
     """Runs an entry point of pure_functions.slang over `count` threads; arrays are uploaded as they are."""
-    program = ComputeProgram(gpu.device, MODULE, entry, {})
+    program = ComputeProgram(gpu.device, MODULE, entry, constants or {})
     out = {name: gpu.pool.take(count, kind, name) for name, kind in results.items()}
     bound = {n: gpu.pool.upload(v, n) if isinstance(v, np.ndarray) else v for n, v in inputs.items()}
     with gpu.stage(entry) as encoder:
@@ -150,19 +159,28 @@ def test_slang_is_cpp_is_numpy(gpu: Any, case: Case) -> None:
     np.testing.assert_allclose(got.astype(np.float64), case.oracle, rtol=case.close, atol=case.close)
 
 
-@pytest.mark.parametrize("batch", [1, 3, 100])
-def test_the_reservoir_picks_the_same_lights(gpu: Any, batch: int) -> None:
-    for weights in ([0.01, 5, 0.3, 0, 2, 2, 0, 0.7], range(30), [0, 0, 0, 0]):
-        weight = np.array(weights, np.float32)
-        batches = -(-len(weight) // batch)
-        uniforms = np.random.default_rng(3).random((1000, batches)).astype(np.float32)
-        want = _core.reservoir_picks(weight, uniforms.ravel(), batch)
+def test_last_record_is_its_definition(gpu: Any) -> None:
+    rng = np.random.default_rng(3)
+    sums = np.concatenate([np.geomspace(1e-37, 3e38, 400), 2.0 ** np.arange(-126, 128, 7), [0]]).astype(np.float32)
+    seeds = rng.integers(0, 2**32, len(sums), np.uint32)
+    (got,) = run(gpu, "run_last_record", {"result": "2f4"}, len(sums), below=sums, seed=seeds)
+    np.testing.assert_array_equal(got, np.column_stack(_core.last_record(sums, seeds)))
+
+
+@pytest.mark.parametrize("first_sample", [0, 4, 6])
+def test_lights_that_stream_by_are_picked_by_the_last_record(gpu: Any, first_sample: int) -> None:
+    """As the core picks from whole batches."""
+    for weights in ([0.01, 5, 0.3, 0, 2, 2, 0, 0.7], range(30), [1e-30, 0, 3], [0, 0, 0, 0]):
+        weight, pixels = np.array(weights, np.float32), 700
         (got,) = run(
-            gpu, "run_reservoir", {"result": "i4"}, 1000,
-            weight=weight, uniforms=uniforms.ravel(), lights=len(weight), batch=batch,
+            gpu, "run_picks", {"result": "4i4"}, pixels, {"samples": 4},
+            weight=weight, lights=len(weight), first_sample=first_sample, key=77,
         )  # fmt: skip
-        assert np.mean(got != want) < 2e-3  # but where rounding decides
-        assert np.mean(got != pure.reservoir_picks(weight, uniforms, batch)) < 2e-3
+        for s in range(4):
+            sample = first_sample + s
+            keys = [(pixel, sample // 4, 3, 77) for pixel in range(pixels)]  # 3: Stream::pick
+            seeds = pure.pcg4d(np.array(keys, np.uint32))[:, sample % 4]
+            assert np.mean(got[:, s] != pure.reservoir_picks(weight, seeds)) < 2e-3  # but where rounding decides
 
 
 def test_numbers_of_a_frame_are_the_hash_of_their_names(gpu: Any) -> None:
@@ -179,14 +197,8 @@ def test_the_sequence_is_the_published_one(gpu: Any) -> None:
     seeds = np.random.default_rng(5).integers(0, 2**32, 200, np.uint32)
     (got,) = run(gpu, "run_pcg", {"result": "2u4"}, len(seeds), seed=seeds)
 
-    def step(state: int) -> tuple[int, int]:
-        state = (state * 747796405 + 2891336453) % 2**32
-        word = ((state >> ((state >> 28) + 4)) ^ state) * 277803737 % 2**32
-        return state, word >> 22 ^ word
-
     for seed, pair in zip(seeds.tolist(), got.tolist(), strict=True):
-        state, first = step(seed)
-        assert pair == [first, step(state)[1]]
+        assert pair == list(islice(pure.pcg(seed), 2))
 
 
 @pytest.mark.parametrize("clamp", [0.0, 0.3])

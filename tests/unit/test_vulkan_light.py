@@ -51,12 +51,14 @@ def assert_same_irradiance(got: Lighting, want: Lighting) -> None:
         {"interleave": 8, "deal_all": True, "clamp_distance": 0.0},
         {"alpha": 1e4, "levels": 1},
         {"first_shadow_level": 12, "seed": 9},
+        {"picker": "reservoir", "interleave": 4, "first_shadow_level": 1},
+        {"picker": "reservoir", "importance": False, "alpha": 2.0, "shadow_samples": 4},
     ],
     ids=str,
 )
 def test_light_is_the_cpus(gpu: Any, atrium: Any, settings: dict[str, Any]) -> None:
     engine, gbuffer, lights = atrium
-    params = Params(**VPLS, **settings)
+    params = Params(**(VPLS | settings))
     hierarchy = engine.build_hierarchy(lights, params)
     want = engine.light(hierarchy, gbuffer, params)
     got = light(gpu, hierarchy, gbuffer, params, engine.scene_radius, counts=True)

@@ -18,17 +18,19 @@ struct GroupSums {
     float red[group_lanes] = {}, green[group_lanes] = {}, blue[group_lanes] = {};
 };
 
-// Adds lights[list[0]], lights[list[1]], .. to the sums; what each sends to each pixel is kept in `batch` where wanted.
+// Adds lights[list[0]], lights[list[1]], .. to the sums; where wanted, what each sends to each pixel is kept in
+// `batch`, after targets that sum to `before`.
 template <bool soft, bool clamped, bool keep>
 HWY_INLINE void add_lights(const ReadyLight* lights, const std::uint32_t* list, std::size_t count, const PixelGroup& g,
-                           float clamp_squared, bool importance, GroupSums& sums, LightBatch& batch) {
+                           float clamp_squared, bool importance, const float* before, GroupSums& sums,
+                           LightBatch& batch) {
     const Lanes d;
     for (std::size_t lane = 0; lane < group_lanes; lane += hn::Lanes(d)) {
         const Vec px = hn::LoadU(d, g.px + lane), py = hn::LoadU(d, g.py + lane), pz = hn::LoadU(d, g.pz + lane);
         const Vec nx = hn::LoadU(d, g.nx + lane), ny = hn::LoadU(d, g.ny + lane), nz = hn::LoadU(d, g.nz + lane);
         const Vec clamp2 = all(clamp_squared);
         Vec red = hn::LoadU(d, sums.red + lane), green = hn::LoadU(d, sums.green + lane),
-            blue = hn::LoadU(d, sums.blue + lane), sum = hn::Zero(d);
+            blue = hn::LoadU(d, sums.blue + lane), sum = keep ? hn::LoadU(d, before + lane) : hn::Zero(d);
         for (std::size_t i = 0; i < count; ++i) {
             const ReadyLight& light = lights[list[i]];
             const Vec weight = receive_lanes<soft, clamped>(light, clamp2, px, py, pz, nx, ny, nz);
@@ -46,7 +48,7 @@ HWY_INLINE void add_lights(const ReadyLight* lights, const std::uint32_t* list, 
         hn::StoreU(red, d, sums.red + lane);
         hn::StoreU(green, d, sums.green + lane);
         hn::StoreU(blue, d, sums.blue + lane);
-        if constexpr (keep) hn::StoreU(sum, d, batch.sum + lane);
+        if constexpr (keep) hn::StoreU(sum, d, batch.after + lane);
     }
     batch.size = count;
 }
@@ -59,15 +61,15 @@ HWY_INLINE void light_group(const ReadyLight* lights, const std::uint32_t* list,
                             const PixelGroup& g, float clamp_squared, const PickSettings& settings, bool keep,
                             GroupSums& sums, GroupPicks& picks, LightBatch& batch, const EachBatch& each_batch) {
     if (settings.samples == 0 && !keep) {
-        add_lights<soft, clamped, false>(lights, list, count, g, clamp_squared, true, sums, batch);
+        add_lights<soft, clamped, false>(lights, list, count, g, clamp_squared, true, picks.sum, sums, batch);
         return;
     }
     picks.clear(settings.picker);
     for (std::size_t first = 0, end; first < count; first = end) {
         if (first == restart && first > 0) picks.restart();
         end = std::min(first < restart ? restart : count, first + LightBatch::most);
-        add_lights<soft, clamped, true>(lights, list + first, end - first, g, clamp_squared, settings.importance, sums,
-                                        batch);
+        add_lights<soft, clamped, true>(lights, list + first, end - first, g, clamp_squared, settings.importance,
+                                        picks.sum, sums, batch);
         each_batch(first);
         if (settings.samples > 0) pick(batch, settings, g.pixel, picks);
     }

@@ -22,7 +22,7 @@ struct LightBatch {
     static constexpr std::size_t most = 128;  // so that it stays in the first cache
 
     std::size_t size;
-    float sum[group_lanes];            // of the targets
+    float after[group_lanes];          // the running sum of the targets, with this run's
     float target[most * group_lanes];  // weight of each light at each pixel
     std::int32_t light[most];          // merged index
 };
@@ -31,7 +31,6 @@ struct GroupPicks {
     std::vector<std::int32_t> light;  // (samples, lanes); -1: none
     std::vector<float> weight, key;   // key: the race's smallest
     float sum[group_lanes], earlier_sum[group_lanes];
-    std::uint32_t batches;
 
     explicit GroupPicks(int samples) : light(samples * group_lanes), weight(light.size()), key(light.size()) {}
 
@@ -47,7 +46,6 @@ struct GroupPicks {
         if (picker == Picker::race) std::fill(key.begin(), key.end(), std::numeric_limits<float>::infinity());
         std::fill_n(sum, group_lanes, 0.0f);
         std::fill_n(earlier_sum, group_lanes, 0.0f);
-        batches = 0;
     }
 
     // From here on picks are made among the coming lights alone, unless none of them contributes.

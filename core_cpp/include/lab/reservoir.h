@@ -5,22 +5,41 @@
 #include <cstdint>
 #include <cstring>
 
-#include "lab/select.h"
+#include "lab/random.h"
 
 namespace lab {
 
-// The reservoir takes lights in batches, of one or of many. Lay a batch of weight `batch` on a line from 0, light after
-// light, and all that came before, of weight `before`, behind it: the uniform falls on a point of that line. Within the
-// batch it says which light replaces the pick (each with the probability that the paper's one-by-one decisions give
-// it), beyond it the pick stays. Each batch has its own uniform.
-inline float reservoir_point(float uniform, float before, float batch) {
-    return uniform * (before + batch);
+// The reservoir's pick is a function of the running sum alone. LY19's appendix A replaces the pick by a light that
+// takes the sum of weights from S' to S with probability 1 - S'/S. So the sums at which it is replaced, its records,
+// are a Poisson process of rate 1 in ln S, and such a process can be known beforehand: here it is a property of the
+// sample, drawn octave by octave, each from its top downward. The pick is the light within whose stretch of the sum
+// the last record falls, however the lights come: one by one, in batches of any size, on any engine.
+
+inline float octave_bottom(std::uint32_t octave) {
+    const std::uint32_t bits = octave << 23;
+    float bottom;
+    std::memcpy(&bottom, &bits, sizeof bottom);
+    return bottom;
 }
 
-// Walks along a batch: `after` is the weight up to and with light number `number` - 1. The first light that ends
-// beyond the point is the one; where none does, `passed` comes to the batch's size.
-inline void reservoir_pass(float point, float after, std::int32_t number, std::int32_t& passed) {
-    passed = after <= point ? number : passed;
+// The last record below a sum; 0 where the sum is 0 or hardly more. `next` is the first record that is not below, or
+// the sum's octave's end: up to there the answer stays the same.
+inline float last_record(float below, std::uint32_t seed, float& next) {
+    std::uint32_t bits;
+    std::memcpy(&bits, &below, sizeof bits);
+    std::uint32_t octave = bits >> 23;  // the exponent: an octave reaches from one power of two to the next
+    next = octave_bottom(octave + 1);
+    for (; octave > 0; --octave) {
+        std::uint32_t state = seed + octave * 0x9e3779b9u;
+        // Downward from the octave's top: each record is a uniform share of the one above.
+        float share = 2.0f;
+        while ((share *= to_unit(pcg(state))) >= 1.0f) {
+            const float record = share * octave_bottom(octave);
+            if (record < below) return record;
+            next = record;
+        }
+    }
+    return 0.0f;
 }
 
 // ln(x) for x in (0, 1): exponent and an atanh series, error under 1e-7, the same on every engine.

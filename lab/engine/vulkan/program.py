@@ -131,11 +131,23 @@ def _link(device: spy.Device, module: str, entries: list[str], constants: Mappin
 
 
 def _export(module: str, constants: Mapping[str, int]) -> str:
-    """Slang source that gives the module's ``extern static const`` numbers their values."""
-    source = (SHADERS / f"{module}.slang").read_text(encoding="utf-8")
-    types = {name: kind for kind, name in re.findall(r"^extern static const (\w+) (\w+)", source, flags=re.MULTILINE)}
+    """Slang source that gives ``extern static const`` numbers, the module's and its imports', their values."""
+    types = _constants(module, set())
     for name in constants:
         if name not in types:
             raise ShaderError(f"{module}.slang has no 'extern static const' {name!r}{nearest(name, types)}")
     typed = ((types[name], name, value) for name, value in constants.items())
     return "".join(f"export static const {kind} {name} = {kind}({value});\n" for kind, name, value in typed)
+
+
+def _constants(module: str, seen: set[str]) -> dict[str, str]:
+    """Types of the numbers by name."""
+    seen.add(module)
+    source = (SHADERS / f"{module}.slang").read_text(encoding="utf-8")
+    declared = re.findall(r"^(?:public )?extern static const (\w+) (\w+)", source, flags=re.MULTILINE)
+    types = {name: kind for kind, name in declared}
+    for imported in re.findall(r"^import ([\w.]+);", source, flags=re.MULTILINE):
+        path = imported.replace(".", "/")
+        if path not in seen:
+            types |= _constants(path, seen)
+    return types
