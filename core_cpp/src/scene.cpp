@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "lab/barycentrics.h"
 #include "lab/luminance.h"
 
 namespace lab {
@@ -103,6 +104,14 @@ void Scene::prefetch(const Hit& hit) const {
     if (texture < 0) return;
     const glm::uvec3 t = data_.triangle[hit.triangle];
     data_.textures[texture].prefetch(texture_point(vertices_[t.x], vertices_[t.y], vertices_[t.z], hit));
+}
+
+Hit Scene::settled(const Ray& ray, const Hit& hit) const {
+    const glm::uvec3 t = data_.triangle[hit.triangle];
+    const vec2 uv =
+        settled_barycentrics({hit.u, hit.v}, barycentrics(ray.origin, ray.direction, vertices_[t.x].position,
+                                                          vertices_[t.y].position, vertices_[t.z].position));
+    return {hit.triangle, hit.t, uv.x, uv.y};
 }
 
 Surface Scene::surface(const Hit& hit, float footprint) const {

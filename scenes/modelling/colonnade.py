@@ -51,7 +51,7 @@ def lower_bay(rng: np.random.Generator, kind: str) -> Model:
     if kind == "door":
         opening = moved(arched_wall(BAY, TOP - WALK, 0.8, 2.1, 0.6, 16, ASHLAR), 0, WALK, back)
         frame = arch_moulding(facets((0.16, 0), (0.16, 0.06), (0.03, 0.06), (0, 0)), 0.8, 2.1, 16, STONE, 2.1)
-        door = box((-0.8, WALK, back - 0.12), (0.8, WALK + 2.9, back - 0.06), WOOD, skip="-z -y")
+        door = box((-0.82, WALK, back - 0.12), (0.82, WALK + 2.9, back - 0.06), WOOD, skip="-z -y")
         rails = [
             box((-0.8, WALK + y, back - 0.07), (0.8, WALK + y + 0.14, back - 0.02), WOOD) for y in (0.05, 1.0, 2.0)
         ]
@@ -65,13 +65,13 @@ def lower_bay(rng: np.random.Generator, kind: str) -> Model:
         sill = WALK + 0.75
         opening = merge(
             [
-                box((-BAY / 2, WALK, back), (BAY / 2, sill, back + 0.3), ASHLAR, skip="-x +x -y -z"),
+                box((-BAY / 2, WALK, back), (BAY / 2, sill, back + 0.3), ASHLAR, skip="-x +x -y +y -z"),
                 moved(arched_wall(BAY, TOP - sill, 0.62, 1.25, 0.6, 16, ASHLAR), 0, sill, back),
             ]
         )
         parts += [
             ("dado", uv_moved(panel(-0.7, 0.7, sill, sill + 2, back - 0.1, PLASTER), *shift[6:])),
-            ("stone", box((-0.72, sill - 0.1, back - 0.1), (0.72, sill, back + 0.38), STONE)),
+            ("stone", box((-0.72, sill - 0.1, back - 0.1), (0.72, sill + 0.01, back + 0.38), STONE)),
         ]
     parts.append(("ashlar", uv_moved(opening, *shift[:2])))
     return parts
@@ -106,9 +106,9 @@ def upper_bay(rng: np.random.Generator, kind: str) -> Model:
     opening = moved(
         arched_wall(BAY, UPPER_TOP - UPPER - sill, 0.62, 2.05 - sill, 0.5, 16, PLASTER), 0, UPPER + sill, back
     )
-    below = box((-BAY / 2, UPPER, back), (BAY / 2, UPPER + sill, back + 0.25), PLASTER, skip="-x +x -y -z")
+    below = box((-BAY / 2, UPPER, back), (BAY / 2, UPPER + sill, back + 0.25), PLASTER, skip="-x +x -y +y -z")
     surround = arch_moulding(facets((0.14, 0), (0.14, 0.05), (0.0, 0.05)), 0.62, 2.05 - sill, 16, STONE, 2.05 - sill)
-    shutter = box((-0.62, UPPER + sill, back - 0.1), (0.62, UPPER + 2.7, back - 0.05), WOOD, skip="-z -y")
+    shutter = box((-0.64, UPPER + sill, back - 0.1), (0.64, UPPER + 2.7, back - 0.05), WOOD, skip="-z -y")
     dado = [
         box((low, UPPER, -DEPTH - 0.01), (high, UPPER + 0.9, -DEPTH + 0.015), PLASTER, skip="-z -y")
         for low, high in ((-BAY / 2, -0.77), (0.77, BAY / 2))

@@ -105,6 +105,8 @@ class Scene {
 
     // The surface at `hit`. `footprint`: width of the ray's cone there, 0 for the textures' full resolution.
     Surface surface(const Hit& hit, float footprint) const;
+    // The hit with barycentrics that depend on the ray and the triangle alone, not on the ray tracer.
+    Hit settled(const Ray& ray, const Hit& hit) const;
     // Brings near what surface(hit, 0) will read: of many hits in any order, each would wait for memory on its own.
     void prefetch(const Hit& hit) const;
     // `point` moved off its surface by what float can resolve here, to the side that `normal` shows to.
