@@ -71,7 +71,7 @@ def lower_bay(rng: np.random.Generator, kind: str) -> Model:
         )
         parts += [
             ("dado", uv_moved(panel(-0.7, 0.7, sill, sill + 2, back - 0.1, PLASTER), *shift[6:])),
-            ("stone", box((-0.72, sill - 0.1, back - 0.1), (0.72, sill + 0.01, back + 0.38), STONE)),
+            ("stone", box((-0.72, sill - 0.1, back - 0.11), (0.72, sill + 0.01, back + 0.38), STONE)),
         ]
     parts.append(("ashlar", uv_moved(opening, *shift[:2])))
     return parts
@@ -111,7 +111,7 @@ def upper_bay(rng: np.random.Generator, kind: str) -> Model:
     shutter = box((-0.64, UPPER + sill, back - 0.1), (0.64, UPPER + 2.7, back - 0.05), WOOD, skip="-z -y")
     dado = [
         box((low, UPPER, -DEPTH - 0.01), (high, UPPER + 0.9, -DEPTH + 0.015), PLASTER, skip="-z -y")
-        for low, high in ((-BAY / 2, -0.77), (0.77, BAY / 2))
+        for low, high in ((-BAY / 2 + 0.001, -0.77), (0.77, BAY / 2 - 0.001))
     ]
     parts: Model = [
         ("ashlar", uv_moved(moved(wall, 0, UPPER_SPRING, 0), *shift[:2])),
