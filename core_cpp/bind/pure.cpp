@@ -5,6 +5,7 @@
 
 #include "arrays.h"
 #include "bind.h"
+#include "lab/barycentrics.h"
 #include "lab/blending.h"
 #include "lab/interleave.h"
 #include "lab/jitter.h"
@@ -12,6 +13,7 @@
 #include "lab/packed_slots.h"
 #include "lab/random.h"
 #include "lab/reservoir.h"
+#include "lab/sampling.h"
 
 namespace lab::bind {
 namespace {
@@ -71,6 +73,41 @@ py::array race_key_(const py::object& bits, const py::object& weight) {
     return to_numpy(std::move(out));
 }
 
+// (n,) in [0, 1) -> (n, 2) cos and sin of so many turns.
+py::array turn_(const py::object& turns) {
+    std::vector<float> out;
+    for (const float v : view<float>(turns, "turns")) {
+        const glm::vec2 at = turn(v);
+        out.insert(out.end(), {at.x, at.y});
+    }
+    const auto rows = static_cast<py::ssize_t>(out.size() / 2);
+    return to_numpy(std::move(out), {rows, 2});
+}
+
+// (n, 3) normals and (n,), (n,) uniforms -> (n, 3) directions.
+py::array sample_cosine_(const py::object& normal, const py::object& first, const py::object& second) {
+    const auto n = view<vec3>(normal, "normal");
+    const auto u = view<float>(first, "first", n.size()), v = view<float>(second, "second", n.size());
+    std::vector<vec3> out;
+    for (std::size_t i = 0; i < n.size(); ++i) out.push_back(sample_cosine(n[i], u[i], v[i]));
+    return to_numpy(std::move(out));
+}
+
+// Rays (n, 3) and triangles (n, 3) a corner -> (n, 2) u, v.
+py::array barycentrics_(const py::object& origin, const py::object& direction, const py::object& a, const py::object& b,
+                        const py::object& c) {
+    const auto o = view<vec3>(origin, "origin");
+    const auto d = view<vec3>(direction, "direction", o.size());
+    const auto corner_a = view<vec3>(a, "a", o.size()), corner_b = view<vec3>(b, "b", o.size());
+    const auto corner_c = view<vec3>(c, "c", o.size());
+    std::vector<float> out;
+    for (std::size_t i = 0; i < o.size(); ++i) {
+        const glm::vec2 uv = barycentrics(o[i], d[i], corner_a[i], corner_b[i], corner_c[i]);
+        out.insert(out.end(), {uv.x, uv.y});
+    }
+    return to_numpy(std::move(out), {static_cast<py::ssize_t>(o.size()), 2});
+}
+
 py::array raised_cosine(const py::object& uniform) {
     std::vector<float> out;
     for (const float u : view<float>(uniform, "uniform")) out.push_back(sample_raised_cosine(u));
@@ -105,6 +142,10 @@ void bind_pure(py::module_& m) {
           py::arg("oriented"));
     m.def("last_record", &last_record_, py::arg("below"), py::arg("seed"));
     m.def("race_key", &race_key_, py::arg("bits"), py::arg("weight"));
+    m.def("turn", &turn_, py::arg("turns"));
+    m.def("sample_cosine", &sample_cosine_, py::arg("normal"), py::arg("first"), py::arg("second"));
+    m.def("barycentrics", &barycentrics_, py::arg("origin"), py::arg("direction"), py::arg("a"), py::arg("b"),
+          py::arg("c"));
     m.def("sample_raised_cosine", &raised_cosine, py::arg("uniform"));
     m.def("dealt_tile", &dealt_tile_, py::arg("count"), py::arg("level"), py::arg("n"));
     m.def("packed_items", &packed_items, py::arg("slots"), py::arg("rest"));

@@ -145,7 +145,48 @@ def picking_cases() -> dict[str, Case]:
     return found
 
 
-CASES = random_cases() | blending_cases() | lobe_cases() | picking_cases()
+def path_cases() -> dict[str, Case]:
+    """What decides where light paths go: bit for bit, or they part after a few bounces."""
+    rng = np.random.default_rng(2)
+    turns = np.concatenate([rng.random(3000), np.arange(8) / 8, [1 - 2.0**-24]]).astype(np.float32)
+    angle = 2 * np.pi * turns.astype(np.float64)
+    n, (u, v) = cases.unit_vectors(rng, 2000).astype(np.float32), rng.random((2, 2000)).astype(np.float32)
+    directions = _core.sample_cosine(n, u, v)
+    origin, a, b, c = rng.normal(0, 1, (4, 2000, 3)).astype(np.float32)
+    place = rng.dirichlet((1, 1, 1), 2000).astype(np.float32)
+    at = sum(w[:, None] * corner for w, corner in zip(place.T, (a, b, c), strict=True))
+    ray = cases.unit_vectors(rng, 2000).astype(np.float32) * 1e-3 + (at - origin)
+    exact = [x.astype(np.float64) for x in (origin, ray, a, b, c)]
+    uv = np.linalg.solve(
+        np.stack([exact[3] - exact[2], exact[4] - exact[2], -exact[1]], -1), (exact[0] - exact[2])[..., None]
+    )[..., 0]
+    found = _core.barycentrics(origin, ray, a, b, c)
+    rays = {"origin": four(origin), "direction": four(ray), "a": four(a), "b": four(b), "c": four(c)}
+    return {
+        "turn": Case(
+            "run_turn", "2f4", {"turns": turns}, _core.turn(turns), np.stack([np.cos(angle), np.sin(angle)], 1),
+            close=3e-7,
+        ),
+        "sample_cosine": Case(
+            "run_sample_cosine", "4f4", {"normal": four(n), "uniforms": np.stack([u, v], 1)}, four(directions),
+            four(cosine_directions(n.astype(np.float64), u.astype(np.float64), v.astype(np.float64))), close=2e-6,
+        ),
+        "barycentrics": Case("run_barycentrics", "2f4", rays, found, uv[:, :2], close=2e-3),
+    }  # fmt: skip
+
+
+def cosine_directions(n: Any, u: Any, v: Any) -> Any:
+    """Malley: a disc's uniform point raised to the sphere, in the frame of Duff et al. around (m, 3) normals."""
+    sign = np.copysign(1, n[:, 2])
+    a = -1 / (sign + n[:, 2])
+    b = n[:, 0] * n[:, 1] * a
+    s = np.stack([1 + sign * n[:, 0] ** 2 * a, sign * b, -sign * n[:, 0]], 1)
+    t = np.stack([b, sign + n[:, 1] ** 2 * a, -n[:, 1]], 1)
+    r, phi = np.sqrt(u), 2 * np.pi * v
+    return (r * np.cos(phi))[:, None] * s + (r * np.sin(phi))[:, None] * t + np.sqrt(1 - u)[:, None] * n
+
+
+CASES = path_cases() | random_cases() | blending_cases() | lobe_cases() | picking_cases()
 
 
 @pytest.mark.parametrize("case", CASES.values(), ids=CASES)
