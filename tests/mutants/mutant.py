@@ -16,7 +16,7 @@ class Mutant:
 
     Attributes:
         name: for people and ``--only``.
-        file: from the top of the repository: C++ (the core is built anew) or Python.
+        file: from the top of the repository: C++ (the core is built anew), Slang or Python.
         source, replacement: exact text; `source` occurs exactly once, so that the table cannot rot silently.
         tests: ``tests/folder/test_file.py::test_function``.
     """
@@ -26,6 +26,11 @@ class Mutant:
     source: str
     replacement: str
     tests: tuple[str, ...]
+
+    @property
+    def needs_the_core_built(self) -> bool:
+        """Whether it is in C++: Python runs as it is, and the engine compiles its shaders by itself."""
+        return not self.file.endswith((".py", ".slang"))
 
     def problems(self, top: Path = ROOT) -> list[str]:
         """What is wrong with this entry in the tree at `top`."""

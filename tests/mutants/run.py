@@ -4,15 +4,17 @@
     python tests/mutants/run.py --only NAME [NAME ...] some
     python tests/mutants/run.py --list                 their names
 
-The C++ core and the package are copied to a scratch folder and built once; the unbroken copy must pass. Then, for
-each mutant, the text is replaced, what depends on it is compiled again, and every test that the mutant names must
-fail in at least one of its cases. Exit code 1 if a mutant survives, if it does not compile, or if its source text is
-no longer found exactly once.
+The C++ core, the shaders and the package are copied to a scratch folder and built once (where only shaders and
+Python are to be broken, the installed core is taken); the unbroken copy must pass. Then, for each mutant, the text is
+replaced, what depends on it is compiled again (shaders by the tests themselves, which need a Vulkan device: make
+software-vulkan), and every test that the mutant names must fail in at least one of its cases. Exit code 1 if a mutant
+survives, if it does not compile, or if its source text is no longer found exactly once.
 """
 
 from __future__ import annotations
 
 import argparse
+import importlib.util
 import os
 import re
 import shutil
@@ -27,7 +29,7 @@ from pathlib import Path
 
 from mutant import ROOT, TABLE, Mutant, load
 
-COPIED = ("core_cpp", "lab", "tests", "scenes", "pyproject.toml")
+COPIED = ("core_cpp", "lab", "shaders", "tests", "scenes", "pyproject.toml")
 PATIENCE_S = 600.0
 
 
@@ -92,13 +94,24 @@ class Copy:
             errors = [line for line in done.stdout.splitlines() if "error" in line]
             raise BrokenError("it does not compile:\n" + "\n".join(errors[:10]))
 
+    def take_core(self) -> None:
+        """The core that is installed here, for mutants that leave it as it is."""
+        found = importlib.util.find_spec("lab._core")
+        if found is None or found.origin is None:
+            raise BrokenError("the core is not built; run 'make test' first")
+        shutil.copy2(found.origin, self.top / "lab")
+
     def failing(self, tests: list[str]) -> set[str]:
         """Those of `tests` that fail in any of their cases."""
         report = self.top / "report.xml"
         report.unlink(missing_ok=True)
         # -S: without it, the editable installation would hand out the tree's own package instead of this copy.
-        paths = [str(self.top), sysconfig.get_path("purelib"), sysconfig.get_path("platlib")]
-        environment = os.environ | {"PYTHONPATH": os.pathsep.join(paths), "PYTHONDONTWRITEBYTECODE": "1"}
+        paths = [str(self.top), *(path for path in sys.path if Path(path).name == "site-packages")]
+        environment = os.environ | {
+            "PYTHONPATH": os.pathsep.join(paths),
+            "PYTHONDONTWRITEBYTECODE": "1",
+            "LAB_CACHE": str(self.top / "cache"),  # no broken shader goes into the user's
+        }
         done = self._run(
             sys.executable, "-S", "-m", "pytest", "-q", "-p", "no:cacheprovider", "--tb=no",
             f"--junitxml={report}", *tests, environment=environment,
@@ -128,7 +141,7 @@ def survivors_of(mutant: Mutant, copy: Copy) -> list[str]:
     """The tests that the mutant names and that pass all the same."""
     text = mutant.apply(copy.top)
     try:
-        if not mutant.file.endswith(".py"):
+        if mutant.needs_the_core_built:
             copy.build()
         failing = copy.failing(list(mutant.tests))
     finally:
@@ -139,10 +152,13 @@ def survivors_of(mutant: Mutant, copy: Copy) -> list[str]:
 def judge(mutants: list[Mutant], copy: Copy) -> int:
     """Builds, checks the unbroken copy, then breaks it; returns how many mutants were not caught."""
     start = time.perf_counter()
-    say("building the core ... ", end="")
-    copy.configure()
-    copy.build()
-    say(f"{time.perf_counter() - start:.0f} s")
+    if any(mutant.needs_the_core_built for mutant in mutants):
+        say("building the core ... ", end="")
+        copy.configure()
+        copy.build()
+        say(f"{time.perf_counter() - start:.0f} s")
+    else:
+        copy.take_core()
     tests = sorted({test for mutant in mutants for test in mutant.tests})
     say(f"unbroken: {len(tests)} tests ... ", end="")
     failing = copy.failing(tests)

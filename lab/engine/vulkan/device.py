@@ -99,6 +99,7 @@ def _options() -> dict[str, Any]:
         "compiler_options": {
             "include_paths": [SHADERS],
             "matrix_layout": spy.SlangMatrixLayout.row_major,
+            "warnings_as_errors": ["all"],
         },
     }
     # Compiled shaders outlive the process. The version is part of the path: a new one starts afresh.

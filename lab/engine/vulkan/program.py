@@ -1,4 +1,8 @@
-"""Programs of the device: compute shaders and ray tracing pipelines, with checked parameters."""
+"""Programs of the device: compute shaders and ray tracing pipelines, with checked parameters.
+
+A barrier follows each dispatch. slangpy sets barriers by itself, but those between a shader that writes a buffer and
+one that only reads it, either way round, are made for fragment shaders: compute and ray shaders do not wait for them.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +21,14 @@ from lab.errors import nearest
 if TYPE_CHECKING:
     import slangpy as spy
 
-SHADERS = Path(__file__).resolve().parents[3] / "shaders"
+
+def shader_folder(package: Path) -> Path:
+    """Where the shaders of `package` are: in it where it is installed from a wheel, beside it in a checkout."""
+    inside = package / "shaders"
+    return inside if inside.is_dir() else package.parent / "shaders"
+
+
+SHADERS = shader_folder(Path(__file__).resolve().parents[2])
 """``lib/`` to import from, ``passes/`` with the entry points."""
 
 
@@ -44,6 +55,7 @@ class ComputeProgram:
         with encoder.begin_compute_pass() as work:
             work.bind_pipeline(self._pipeline, self._bindings.root)
             work.dispatch(list(threads))
+        encoder.global_barrier()
 
     def dispatch_indirect(self, encoder: spy.CommandEncoder, groups: DeviceBuffer, row: int, /, **values: Any) -> None:
         """The same, but over as many *groups* of threads as row `row` of `groups` says (x, y, z; uint32).
@@ -55,6 +67,7 @@ class ComputeProgram:
         with encoder.begin_compute_pass() as work:
             work.bind_pipeline(self._pipeline, self._bindings.root)
             work.dispatch_compute_indirect(offset)
+        encoder.global_barrier()
 
 
 @dataclass(frozen=True)
@@ -113,6 +126,7 @@ class RayProgram:
         with encoder.begin_ray_tracing_pass() as work:
             work.bind_pipeline(self._pipeline, self._table, self._bindings.root)
             work.dispatch_rays(0, list(rays))
+        encoder.global_barrier()
 
 
 def _link(device: spy.Device, module: str, entries: list[str], constants: Mapping[str, int]) -> spy.ShaderProgram:
