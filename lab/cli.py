@@ -166,7 +166,7 @@ def _add_camera_flags(parser: argparse.ArgumentParser, size: str = "1280x720") -
 def _add_bench_flags(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("-o", dest="output", metavar="BASE", help="base name of the files (default: out/SCENE-bench)")
     parser.add_argument("--json", metavar="FILE", help="where the JSON goes, instead of BASE.json")
-    parser.add_argument("--frames", metavar="N", help="timed frames (default: 32, with --quick 8)")
+    parser.add_argument("--frames", metavar="N", help="timed frames (default: 32; see below)")
     parser.add_argument("--quick", action="store_true", help="a quarter of the frames")
     parser.add_argument(
         "--sweep", metavar="S", action="append", default=[],

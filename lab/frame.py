@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from typing import ParamSpec, TypeVar
 
@@ -27,19 +26,18 @@ def render_frame(
 ) -> Frame:
     """Renders the engine's scene from `camera` at `size` = (width, height).
 
-    `progress` is called with a stage's name as it begins; `counts`: whether lights are counted pixel by pixel.
+    `progress` is called with a stage's name as it begins; `counts`: whether lights are counted pixel by pixel. The
+    times are those of the engine's clock: a graphics card is not waited for, until somebody looks at them.
     Errors: :class:`lab.errors.LabError` where lights reach no surface.
     """
-    stages_ms: dict[str, float] = {}
+    clock = engine.clock()
 
     def timed(stage: Callable[P, R], *args: P.args, **kwargs: P.kwargs) -> R:
         name = stage.__name__
         if progress:
             progress(name)
-        start = time.perf_counter()
-        result = stage(*args, **kwargs)
-        stages_ms[name] = (time.perf_counter() - start) * 1e3
-        return result
+        with clock.times(name):
+            return stage(*args, **kwargs)
 
     lights = timed(engine.trace_vpls, params)
     hierarchy = timed(engine.build_hierarchy, lights, params)
@@ -49,4 +47,4 @@ def render_frame(
     filtered = timed(engine.filter_shadows, gbuffer, shadows, params)
     image = timed(engine.composite, gbuffer, lighting, shadows, filtered, params)
 
-    return Frame(image, lights, hierarchy, gbuffer, lighting, shadows, filtered, params, camera, stages_ms)
+    return Frame(image, lights, hierarchy, gbuffer, lighting, shadows, filtered, params, camera, clock.stages_ms)

@@ -7,6 +7,7 @@ linear RGB. A *merged index* names a grid light everywhere.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -289,7 +290,12 @@ class Image:
 
 @dataclass(frozen=True)
 class Frame:
-    """One rendered frame: the image, every intermediate record, and the time each stage took."""
+    """One rendered frame: the image, every intermediate record, and the time each stage took.
+
+    Attributes:
+        stages_ms: milliseconds by the engine's own clock: the processor's, or the graphics card's.
+
+    """
 
     image: Image
     lights: Lights
@@ -300,7 +306,7 @@ class Frame:
     filtered: FilteredShadows
     params: Any
     camera: Any
-    stages_ms: dict[str, float] = field(default_factory=dict)
+    stages_ms: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def total_ms(self) -> float:

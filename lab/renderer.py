@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from types import TracebackType
 
 from lab import _core
+from lab.engine.clock import StageTimes
 from lab.engine.engine import create_engine
 from lab.engine.kept import KeptStages, Made
 from lab.errors import LabError
@@ -96,7 +97,7 @@ class Renderer:
             frame = render(
                 self.scene, params, camera=camera, size=size, engine=stages, progress=progress, counts=counts
             )
-            done = {stage: ms if stage in stages.ran else 0.0 for stage, ms in frame.stages_ms.items()}
+            done = StageTimes(lambda: frame.stages_ms).only(stages.ran)
             return dataclasses.replace(frame, stages_ms=done)
 
     def close(self) -> None:

@@ -95,7 +95,7 @@ def _differences(now: Record, before: Record) -> Iterator[str]:
             yield f"{name}={before['params'][name]} there, {value} here"
     if now["engine"] != before.get("engine"):
         yield f"engine {before.get('engine')} there, {now['engine']} here"
-    if now["machine"]["threads"] != before["machine"].get("threads"):
+    if now["engine"] == "cpu" and now["machine"]["threads"] != before["machine"].get("threads"):
         yield f"{before['machine'].get('threads')} threads there, {now['machine']['threads']} here"
 
 
@@ -106,6 +106,12 @@ def compare(now: Record, before: Record) -> Comparison:
         mine, other = now["machine"].get(name), before["machine"].get(name)
         if mine != other:
             warnings.append(f"another machine: {name} was {other}, is {mine}")
+    mine, other = now.get("device") or {}, before.get("device") or {}
+    warnings += [
+        f"another device: {name} was {other.get(name)}, is {mine[name]}"
+        for name in ("name", "driver")
+        if mine.get(name) != other.get(name)
+    ]
     for when, record in (("then", before), ("now", now)):
         share = record.get("share_of_others")
         if isinstance(share, float) and share > QUIET:

@@ -6,20 +6,31 @@ from typing import NamedTuple
 
 
 class Definition(NamedTuple):
-    """One ratio: how it is computed, what it should be (two cores, Sponza at 1280x720), and which way is better."""
+    """One ratio.
+
+    Attributes:
+        formula: how it is computed.    aim: what it should be on two cores, for Sponza at 1280x720.
+        higher_is_better: which way is better.    engines: those that it means something for.
+    """
 
     formula: str
     aim: str
     higher_is_better: bool
+    engines: tuple[str, ...] = ("cpu", "vulkan")
 
 
 RATIOS = {
     "lighting_vs_kernel": Definition("limit of light / time of light", ">= 0.6", True),
     "lighting_vs_own_kernel": Definition(
-        "time that the stage's own kernel needs for the pairs used, on the same perfect lists / time of light", "", True
+        "time that the stage's own kernel needs for the pairs used, on the same perfect lists / time of light",
+        "",
+        True,
+        ("cpu",),
     ),
-    "gbuffer_vs_embree": Definition("limit of render_gbuffer / its time", ">= 0.85", True),
-    "shadow_rays_vs_embree": Definition("limit of trace_shadow_rays / its time", ">= 0.85", True),
+    "gbuffer_vs_embree": Definition("limit of render_gbuffer / its time", ">= 0.85", True, ("cpu",)),
+    "shadow_rays_vs_embree": Definition("limit of trace_shadow_rays / its time", ">= 0.85", True, ("cpu",)),
+    "gbuffer_vs_pipeline": Definition("limit of render_gbuffer / its time", "", True, ("vulkan",)),
+    "shadow_rays_vs_pipeline": Definition("limit of trace_shadow_rays / its time", "", True, ("vulkan",)),
     "visited_per_used": Definition(
         "pairs of pixel and light that light evaluates, masked lanes too / pairs that add light", "<= 2", False
     ),
@@ -58,11 +69,11 @@ class Limit(NamedTuple):
 
 
 LIMITS = {
-    "trace_vpls": Limit("raw Embree", "on the very rays of the light paths"),
+    "trace_vpls": Limit("raw rays", "of the light paths"),
     "build_hierarchy": Limit("streaming", "of the lights read, and of the levels and member lists written"),
-    "render_gbuffer": Limit("raw Embree", "on the very rays of the pixels"),
+    "render_gbuffer": Limit("raw rays", "of the pixels"),
     "light": Limit("plain kernel", "with the same lobe and picker on perfect lists: pairs used / its rate"),
-    "trace_shadow_rays": Limit("raw Embree", "on the very rays of samples, sun and lamps"),
+    "trace_shadow_rays": Limit("raw rays", "of samples, sun and lamps"),
     "filter_shadows": Limit("streaming", "of what each pass of the filter must read and write"),
     "composite": Limit("streaming", "of what must be read and written"),
 }
@@ -70,8 +81,16 @@ LIMITS = {
 SWEEPS = ("vpls", "interleave", "shadow_samples", "threads")
 
 
+def ratios_of(engine: str) -> dict[str, Definition]:
+    """Those that mean something for `engine`."""
+    return {name: definition for name, definition in RATIOS.items() if engine in definition.engines}
+
+
 def _ratio_lines() -> str:
-    return "\n".join(f"  {name}\n      {definition.formula}" for name, definition in RATIOS.items())
+    def of(definition: Definition) -> str:
+        return f" ({definition.engines[0]})" if len(definition.engines) == 1 else ""
+
+    return "\n".join(f"  {name}{of(definition)}\n      {definition.formula}" for name, definition in RATIOS.items())
 
 
 def _limit_lines() -> str:
@@ -84,18 +103,28 @@ HELP = f"""examples:
   lab bench sponza.glb --quick --set vpls=1000000         fewer frames, wider quartiles
   lab bench sponza.glb --sweep vpls --sweep threads       the stages over a setting, with a picture each
   lab bench sponza.glb --compare before.json              what got faster or slower, and whether that is more than noise
+  lab bench sponza.glb --engine vulkan                    the same on the graphics card, by its own clock
 
 After a warm-up, N frames are rendered, every stage anew each time, by a renderer that keeps its memory (lab.Renderer).
+N is 32; with --engine vulkan 256, or 8 where the driver has no card and computes on the processor; --quick: a quarter.
 Times are medians, with the quartiles beside them. What is compared is measured in turns (A B A B ...): limits with
 every frame, or every fourth where they take long. Counts of overdraw are an instrument: they are taken once, and no
 timed stage counts. The share of the processors that other programs had is measured, too, and told where it is over 5 %.
 
 The limit of a stage is the least time that this machine needs for it, measured in the same run:
 {_limit_lines()}
-Streaming: bytes / the bandwidth at which all threads read an array of 256 MB once, the best of several times.
+Raw rays: the very same rays, traced without anything else: by Embree, or (vulkan) by a ray tracing pipeline that reads
+them from a buffer.
+Streaming: bytes / the bandwidth at which all threads read an array of 256 MB (a card: 1 GB) once, the best of several.
 Member lists count for build_hierarchy where shadow points are drawn from them.
 
-Ratios:
+With --engine vulkan all times are the device's, by timestamps. Beside the sum of a frame's stages stand the host's time
+(until the frame is handed over) and the whole (until the device has finished it). There is no sweep over threads, and
+the ratios marked (cpu) mean nothing there: there is no Embree, and no kernel of light apart from its culling.
+
+Regenerated: whole frames of 1M VPLs, with VPLs and construction, as of a scene that moves (the paper: about 58 ms).
+
+Ratios (those marked are of one engine):
 {_ratio_lines()}
 
 Writes BASE.png (stages and limits as bars), BASE.json (or FILE of --json) and BASE-SETTING.png of each sweep. The JSON

@@ -1,28 +1,21 @@
-"""What this machine could do at best with the work of a frame, measured on the very data of that frame."""
+"""What an engine's machine could do at best with the work of a frame, measured on the very data of that frame."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any, Protocol
 
-import numpy as np
-
-from lab import _core
-from lab.bench.traffic import traffic
-from lab.engine.cpu import CpuEngine
+from lab.engine.engine import Engine
 from lab.records import Frame
 
 TRACING = ("trace_vpls", "render_gbuffer", "trace_shadow_rays")
-"""Stages whose limit is Embree."""
+"""Stages whose limit is the ray tracer."""
 
 OWN_KERNEL = "own_light_kernel"
-"""Beside the limit of light: what its own kernel takes where lists are perfect."""
+"""Beside the limit of light, on the processor: what its own kernel takes where lists are perfect."""
 
 STREAM_BYTES, STREAM_PASSES = 256 * 2**20, 4
-
-
-def stream_rate() -> float:
-    """Bytes a second at which all threads read an array much larger than the caches."""
-    return _core.stream_rate(STREAM_BYTES, STREAM_PASSES)
+"""Bytes that streaming reads at a time, and how often; the best time counts."""
 
 
 @dataclass(frozen=True)
@@ -40,30 +33,51 @@ class Work:
     bytes: dict[str, int]
 
 
-class Limits:
-    """The limits of one frame's stages."""
+class Limits(Protocol):
+    """The limits of one frame's stages; each method measures once, in milliseconds by name."""
 
-    def __init__(self, engine: CpuEngine, frame: Frame) -> None:
-        """`frame` is the one whose work is to be done."""
-        self.engine, self.frame = engine, frame
-        # Counting is an instrument: no timed stage does it.
-        counted = engine.light(frame.hierarchy, frame.gbuffer, frame.params, counts=True)
-        used = int(counted.counts()[1].sum(dtype=np.int64))
-        rays = {stage: engine.embree_alone(stage, frame)[0] for stage in TRACING}
-        self.work = Work(used, counted.visited, rays, traffic(frame))
+    frame: Frame
+    work: Work
 
     def rays_ms(self, stage: str) -> dict[str, float]:
-        """Embree's time for the rays of a stage that traces; lights from a list take none."""
-        return {stage: 1e3 * self.engine.embree_alone(stage, self.frame)[1]}
+        """The ray tracer's time for the rays of a stage that traces; lights from a list take none."""
 
     def light_ms(self) -> dict[str, float]:
-        """Two kernels' times for the pairs that add light: the plain one's, and that of the stage's own."""
-        frame, used = self.frame, self.work.pairs_used
-        lit = frame.hierarchy, frame.gbuffer, frame.params
-        rates = {"light": self.engine.plain_light_rate(*lit), OWN_KERNEL: self.engine.light_kernel_rate(*lit)}
-        return {name: 1e3 * used / rate if rate > 0 else 0.0 for name, rate in rates.items()}
+        """A kernel's time for the pairs that add light, ``light``, and maybe :data:`OWN_KERNEL`."""
 
     def stream_ms(self) -> dict[str, float]:
-        """Time to stream what must be read and written."""
-        rate = stream_rate()
-        return {stage: 1e3 * count / rate for stage, count in self.work.bytes.items()} | {"bytes_per_s": rate}
+        """Time to stream what must be read and written, and ``bytes_per_s``."""
+
+
+class Machine(Protocol):
+    """What an engine computes on."""
+
+    def limits(self, frame: Frame) -> Limits:
+        """Those of the stages of `frame`."""
+
+    def stream_rate(self) -> float:
+        """Bytes a second at which it reads an array much larger than its caches."""
+
+    def device(self) -> dict[str, Any] | None:
+        """The graphics card, as a record says it; None for the processor."""
+
+
+def machine_of(engine: Engine) -> Machine:
+    """The machine that `engine` runs on."""
+    from lab.engine.cpu import CpuEngine
+
+    if isinstance(engine, CpuEngine):
+        from lab.bench.cpu import CpuMachine
+
+        return CpuMachine(engine)
+    from lab.bench.vulkan import VulkanMachine
+    from lab.engine.vulkan.engine import VulkanEngine
+
+    if isinstance(engine, VulkanEngine):
+        return VulkanMachine(engine)
+    raise TypeError(f"nobody knows the limits of {type(engine).__name__}")
+
+
+def stream_ms(work: Work, rate: float) -> dict[str, float]:
+    """Of each stage that streams, at so many bytes a second, which is there as well."""
+    return {stage: 1e3 * count / rate for stage, count in work.bytes.items()} | {"bytes_per_s": rate}

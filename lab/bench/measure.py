@@ -7,11 +7,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
-from lab.bench.limits import OWN_KERNEL, TRACING, Limits, stream_rate
+from lab.bench.limits import OWN_KERNEL, TRACING, machine_of
 from lab.bench.spread import Spread
 from lab.bench.traffic import construction
 from lab.bench.turns import Turn
-from lab.engine.cpu import CpuEngine, build_hierarchy
 from lab.engine.engine import STAGES
 from lab.params import Params
 from lab.records import Frame
@@ -53,6 +52,11 @@ class Effort:
         """The same for what takes seconds each time."""
         return self.frames // max(2, self.frames // 8)
 
+    @property
+    def rarely(self) -> int:
+        """The same for whole frames of many lights."""
+        return self.frames // max(2, self.frames // 16)
+
 
 @dataclass(frozen=True)
 class Part:
@@ -67,9 +71,7 @@ class View:
 
     def __init__(self, renderer: Renderer, camera: Camera, size: tuple[int, int], params: Params) -> None:
         self.renderer, self.camera, self.size, self.params = renderer, camera, size, params
-        if not isinstance(renderer.engine, CpuEngine):
-            raise TypeError("the limits are those of the CPU engine")
-        self.engine = renderer.engine
+        self.engine, self.machine = renderer.engine, machine_of(renderer.engine)
 
     @property
     def light_list(self) -> bool:
@@ -81,14 +83,34 @@ class View:
         return self.renderer.render(self.camera, self.size, self.params.replace(**changes), regenerate=True)
 
     def time_frame(self, **changes: object) -> dict[str, float]:
-        """Milliseconds of each stage and of the whole frame."""
+        """Milliseconds of each stage and of the whole frame by the engine's clock; of a device, the host's beside it.
+
+        ``host``: until the host has handed the frame to the device; ``wall``: until that has finished it.
+        """
+        start = time.perf_counter()
         frame = self.frame(**changes)
-        return {stage: frame.stages_ms[stage] for stage in STAGES} | {"frame": frame.total_ms}
+        handed = time.perf_counter()
+        times = {stage: frame.stages_ms[stage] for stage in STAGES} | {"frame": frame.total_ms}
+        if self.machine.device() is None:
+            return times
+        done = time.perf_counter()
+        return times | {"host": 1e3 * (handed - start), "wall": 1e3 * (done - start)}
+
+    def clock(self, do: Callable[[], T]) -> tuple[T, float]:
+        """What `do` returns, and the milliseconds it took by the engine's clock."""
+        clock = self.engine.clock()
+        with clock.times("work"):
+            result = do()
+        return result, clock.stages_ms["work"]
+
+    def clocked(self, do: Callable[[], object]) -> dict[str, float]:
+        """The milliseconds alone, as a turn returns them; the result's memory is given back."""
+        return {"ms": self.clock(do)[1]}
 
 
 def whole_frames(view: View, every: int, limits_every: int, **changes: object) -> Part:
     """Frames with `changes`, and the limits of their stages."""
-    limits = Limits(view.engine, view.frame(**changes))
+    limits = view.machine.limits(view.frame(**changes))
     work, frame = limits.work, limits.frame
 
     def record(found: Found) -> Record:
@@ -98,8 +120,9 @@ def whole_frames(view: View, every: int, limits_every: int, **changes: object) -
             "settings": changes,
             "stages_ms": {stage: times[stage] for stage in STAGES},
             "frame_ms": times["frame"],
+            **{f"{name}_ms": times[name] for name in ("host", "wall") if name in times},
             "limits_ms": {stage: best[stage] for stage in STAGES},
-            "own_kernel_ms": best[OWN_KERNEL],
+            "own_kernel_ms": best.get(OWN_KERNEL),
             "stream_bytes_per_s": best["bytes_per_s"],
             "counts": {
                 "lights": len(frame.lights),
@@ -128,7 +151,8 @@ def lighting(view: View, every: int) -> Part:
     frame, base = view.frame(), view.params
 
     def timed(params: Params) -> Turn:
-        return Turn(lambda: clocked(lambda: view.engine.light(frame.hierarchy, frame.gbuffer, params, False)), every)
+        lit = frame.hierarchy, frame.gbuffer, params
+        return Turn(lambda: view.clocked(lambda: view.engine.light(*lit, counts=False)), every)
 
     turns = {f"shadow_samples={k}": timed(base.replace(shadow_samples=k)) for k in (0, 1, 4)}
     turns |= {f"interleave={n}": timed(base.replace(interleave=n)) for n in (1, 4)}
@@ -140,11 +164,11 @@ def construction_of_many(view: View, effort: Effort) -> Part:
     plain = _without_members(view.params)
     listed = plain.replace(shadow_samples=1, shadow_points="members")
     lights = view.engine.trace_vpls(plain.replace(vpls=effort.many))
-    count = construction(lights)
+    count, build = construction(lights), view.engine.build_hierarchy
     turns = {
-        "gather": Turn(lambda: clocked(lambda: build_hierarchy(lights, plain)), effort.seldom),
-        "gather_with_members": Turn(lambda: clocked(lambda: build_hierarchy(lights, listed)), effort.seldom),
-        "stream": Turn(lambda: {"ms": 1e3 * count / stream_rate()}, effort.seldom),
+        "gather": Turn(lambda: view.clocked(lambda: build(lights, plain)), effort.seldom),
+        "gather_with_members": Turn(lambda: view.clocked(lambda: build(lights, listed)), effort.seldom),
+        "stream": Turn(lambda: {"ms": 1e3 * count / view.machine.stream_rate()}, effort.seldom),
     }
     return Part(turns, lambda found: {"lights": len(lights), "bytes": count, **_times(found)})
 
@@ -153,10 +177,10 @@ def construction_by_scatter(view: View, effort: Effort) -> Part:
     """Levels by gather from S1, and by scattering every level from the lights."""
     plain = _without_members(view.params)
     scatter = plain.replace(construction="scatter")
-    lights = view.engine.trace_vpls(plain.replace(vpls=effort.scattered))
+    lights, build = view.engine.trace_vpls(plain.replace(vpls=effort.scattered)), view.engine.build_hierarchy
     turns = {
-        "gather": Turn(lambda: clocked(lambda: build_hierarchy(lights, plain)), effort.every),
-        "scatter": Turn(lambda: clocked(lambda: build_hierarchy(lights, scatter)), effort.every),
+        "gather": Turn(lambda: view.clocked(lambda: build(lights, plain)), effort.every),
+        "scatter": Turn(lambda: view.clocked(lambda: build(lights, scatter)), effort.every),
     }
     return Part(turns, lambda found: {"lights": len(lights), **_times(found)})
 
@@ -167,9 +191,9 @@ def growth(view: View, vpls: int, every: int) -> Part:
 
     def take() -> dict[str, float]:
         engine, g, params = view.engine, frame.gbuffer, frame.params
-        lighting, light_ms = clock(lambda: engine.light(frame.hierarchy, g, params, counts=False))
-        shadows, rays_ms = clock(lambda: engine.trace_shadow_rays(frame.hierarchy, g, lighting, params))
-        _, filter_ms = clock(lambda: engine.filter_shadows(g, shadows, params))
+        lighting, light_ms = view.clock(lambda: engine.light(frame.hierarchy, g, params, counts=False))
+        shadows, rays_ms = view.clock(lambda: engine.trace_shadow_rays(frame.hierarchy, g, lighting, params))
+        _, filter_ms = view.clock(lambda: engine.filter_shadows(g, shadows, params))
         times = dict(zip(GROWING, (light_ms, rays_ms, filter_ms), strict=True))
         return times | {"sum": sum(times.values())}
 
@@ -184,21 +208,34 @@ def growth(view: View, vpls: int, every: int) -> Part:
     return Part({"stages": Turn(take, every)}, record)
 
 
+def regenerated(view: View, effort: Effort) -> Part:
+    """Whole frames of many lights that are all made anew: VPLs, construction and rendering, as of a moving scene."""
+    settings = [{"interleave": n, "shadow_samples": k} for n in (1, 4) for k in (1, 4)]
+    many = {} if view.light_list else {"vpls": effort.many}
+
+    def timed(changes: dict[str, int]) -> Turn:
+        return Turn(lambda: view.time_frame(**changes, **many), effort.rarely)
+
+    turns = {" ".join(f"{name}={value}" for name, value in changes.items()): timed(changes) for changes in settings}
+
+    def record(found: Found) -> Record:
+        return {
+            "vpls": many.get("vpls"),
+            "frames": {
+                name: {
+                    "stages_ms": {stage: times[stage] for stage in STAGES},
+                    **{f"{what}_ms": times[what] for what in ("frame", "host", "wall") if what in times},
+                }
+                for name, times in found.items()
+            },
+        }
+
+    return Part(turns, record)
+
+
 def _without_members(params: Params) -> Params:
     return params.replace(construction="gather", shadow_samples=0)
 
 
 def _times(found: Found) -> Record:
     return {name: times["ms"] for name, times in found.items()}
-
-
-def clock(do: Callable[[], T]) -> tuple[T, float]:
-    """What `do` returns, and the milliseconds it took."""
-    start = time.perf_counter()
-    result = do()
-    return result, (time.perf_counter() - start) * 1e3
-
-
-def clocked(do: Callable[[], object]) -> dict[str, float]:
-    """The milliseconds alone, as a turn returns them; the result's memory is given back."""
-    return {"ms": clock(do)[1]}

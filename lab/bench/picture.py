@@ -114,9 +114,23 @@ def _pale(colour: tuple[int, int, int]) -> tuple[int, int, int]:
     return r, g, b
 
 
+def machine_line(record: Record) -> str:
+    """What the times of a record are of."""
+    machine, device = record["machine"], record["device"]
+    if device is not None:
+        return f"{device['name']}, {device['driver']}"
+    threads = f"{machine['threads']} thread{'' if machine['threads'] == 1 else 's'}"
+    return f"{machine['cpu']}, {threads}, {machine['simd']}"
+
+
 def medians(stages_ms: Record) -> dict[str, float]:
     """Of every stage, in the frame's order."""
     return {stage: float(stages_ms[stage]["median"]) for stage in STAGES if stage in stages_ms}
+
+
+def vpls_of(record: Record) -> str:
+    """The lights of the frames that are all made anew."""
+    return f"{record['regenerated']['vpls'] or record['counts']['lights']:,}"
 
 
 def scene_groups(record: Record) -> list[Group]:
@@ -140,6 +154,9 @@ def scene_groups(record: Record) -> list[Group]:
             ],
         ),
     ]
+    frames = record["regenerated"]["frames"]
+    bars = [Bar(name, medians(found["stages_ms"])) for name, found in frames.items()]
+    groups.append(Group(f"{scene['name']}: everything made anew, {vpls_of(record)} lights", bars))
     growth = [side for side in record["growth"].values() if side is not None]
     if growth:
         bars = [Bar(f"{side['lights']:,} lights", medians(side["stages_ms"])) for side in growth]

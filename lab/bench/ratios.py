@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from typing import Any
 
-from lab.bench.definitions import RATIOS
+from lab.bench.definitions import ratios_of
 from lab.engine.engine import STAGES
 
 Record = dict[str, Any]
 
 
 def ratios(record: Record) -> dict[str, float | None]:
-    """Every ratio of :data:`RATIOS`; None where the record lacks what it is made of, or it would divide by nothing."""
+    """Every ratio of the record's engine; None where it lacks what they are made of, or would divide by nothing."""
     found = _of_frames(record) | _of_lighting(record["lighting_ms"]) | _of_construction(record["construction_ms"])
     growth = record["growth"]
     found["growth_1k_1m"] = _over(_median(growth, "many", "sum_ms"), _median(growth, "few", "sum_ms"))
-    return {name: found[name] for name in RATIOS}
+    return {name: found[name] for name in ratios_of(record["engine"])}
 
 
 def _of_frames(record: Record) -> dict[str, float | None]:
@@ -31,7 +31,9 @@ def _of_frames(record: Record) -> dict[str, float | None]:
             _median(record["limits"], "own_light_kernel_ms"), _median(record["stages_ms"], "light")
         ),
         "gbuffer_vs_embree": reached("render_gbuffer"),
+        "gbuffer_vs_pipeline": reached("render_gbuffer"),
         "shadow_rays_vs_embree": reached("trace_shadow_rays"),
+        "shadow_rays_vs_pipeline": reached("trace_shadow_rays"),
         "visited_per_used": _over(counts["pairs_visited"], counts["pairs_used"]),
         "frame_vs_limits": _over(
             fast["frame_ms"]["median"], sum(fast["limits_ms"][stage]["median"] for stage in STAGES)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -35,8 +36,16 @@ RATES = {
 """What is done a second, and the stage that does it."""
 
 
-def header(scene: Scene, size: tuple[int, int], params: Params, preset: str = "ours") -> Record:
-    """What is measured and on what: known before anything is."""
+def header(
+    scene: Scene,
+    size: tuple[int, int],
+    params: Params,
+    *,
+    preset: str = "ours",
+    engine: str = "cpu",
+    device: Record | None = None,
+) -> Record:
+    """What is measured and on what: known before anything is. `device`: the card of engine ``vulkan``."""
     return {
         "scene": {
             "path": str(Path(scene.path).resolve()) if scene.path else "",
@@ -47,7 +56,8 @@ def header(scene: Scene, size: tuple[int, int], params: Params, preset: str = "o
             "size": list(size),
         },
         "preset": preset,
-        "engine": "cpu",
+        "engine": engine,
+        "device": device,
         "params": params.to_dict(),
         "machine": machine() | core(),
         "version": __version__,
@@ -60,12 +70,15 @@ def bench(
     *,
     size: tuple[int, int],
     preset: str = "ours",
+    engine: str = "cpu",
+    device: str = "",
     effort: Effort | None = None,
     sweeps: Sequence[str] = (),
     progress: Progress | None = None,
 ) -> Record:
     """Measures frames of the scene's first camera against the machine's limits; see :mod:`lab.bench.definitions`.
 
+    `engine` and `device` as of :class:`lab.Renderer`; times are of the engine's clock.
     Returns a record of ``stages_ms``, ``rates``, ``limits``, ``ratios`` and all that these are computed from.
     """
     effort = effort or Effort()
@@ -74,15 +87,22 @@ def bench(
     many = max([params.vpls, effort.many] if scene.light_list is None else [len(scene.light_list)])
     check_memory(2 * many, size, params)
     start, begin = time.perf_counter(), others.now()
-    record = header(scene, size, params, preset)
     notes = list(scene.notes)
     tell = progress or (lambda share, line: None)
-    with Renderer(scene) as renderer:
+    with Renderer(scene, engine=engine, device=device) as renderer:
         view = View(renderer, scene.camera(""), size, params)
+        record = header(scene, size, params, preset=preset, engine=engine, device=view.machine.device())
         found = _measure(view, effort, notes, tell, 1 / (1 + 0.5 * len(sweeps)))
         swept = _sweep(view, effort, sweeps, tell)
+    if record["device"] and record["device"]["kind"] == "software":
+        notes.append(
+            f"{record['device']['name']} is no card: its driver computes on the processor; its times tell nothing "
+            "about cards, which are given more frames, too"
+        )
     frame = found["frame"]
-    record |= {"frames": effort.frames, "stages_ms": frame["stages_ms"], "frame_ms": frame["frame_ms"]}
+    record["date"] = datetime.now(UTC).isoformat(timespec="seconds")
+    record["frames"] = effort.frames
+    record |= {name: frame[name] for name in ("stages_ms", "frame_ms", "host_ms", "wall_ms") if name in frame}
     record["counts"] = frame["counts"]
     record["rates"] = _rates(frame, frame["stages_ms"])
     record["limits"] = {
@@ -93,6 +113,7 @@ def bench(
     }
     record |= {"fast_frame": found["fast_frame"], "lighting_ms": found["lighting"]}
     record["construction_ms"] = {name: found.get(name) for name in ("many", "scattered")}
+    record["regenerated"] = found["regenerated"]
     record["growth"] = {name: found.get(f"growth {name}") for name in ("few", "many")}
     record["ratios"] = ratios(record)
     record["sweeps"] = swept
@@ -114,6 +135,7 @@ def _measure(view: View, effort: Effort, notes: list[str], tell: Progress, share
         "frame": lambda: measure.whole_frames(view, 1, every),
         "fast_frame": lambda: measure.whole_frames(view, every, every, **FAST),
         "lighting": lambda: measure.lighting(view, every),
+        "regenerated": lambda: measure.regenerated(view, effort),
     }
     if view.light_list:
         notes.append("lit by a list of lights: construction and growth over the number of VPLs were not measured")

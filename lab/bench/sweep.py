@@ -21,11 +21,13 @@ VALUES: dict[str, tuple[int, ...]] = {
 }
 
 
-def check_sweeps(names: Sequence[str]) -> None:
-    """Raises :class:`LabError` for a sweep that is not."""
+def check_sweeps(names: Sequence[str], engine: str = "cpu") -> None:
+    """Raises :class:`LabError` for a sweep that is not, or not of `engine`."""
     for name in names:
         if name not in SWEEPS:
             raise LabError(f"--sweep {name}: there are {', '.join(SWEEPS)}{nearest(name, SWEEPS)}")
+        if name == "threads" and engine != "cpu":
+            raise LabError(f"--sweep threads: engine {engine} computes on a device, which has its own; leave it out")
 
 
 def thread_counts(most: int) -> tuple[int, ...]:

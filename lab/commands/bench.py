@@ -13,6 +13,7 @@ from lab.commands.loading import Loaded, load
 from lab.commands.progress_bar import progress_bar
 from lab.commands.render import scene_stem, write_text
 from lab.commands.request import Request, read_request, whole_number
+from lab.engine.engine import ENGINES
 from lab.errors import LabError
 from lab.outputs import base_path, beside, check_no_input, check_writable, write_all
 
@@ -23,7 +24,9 @@ if TYPE_CHECKING:
 Record = dict[str, Any]
 
 DEFAULT_SCENE = "scenes/atrium/scene.toml"
-FEWEST, MOST, USUAL, QUICK = 2, 10_000, 32, 8
+FEWEST, MOST = 2, 10_000
+CPU_FRAMES, CARD_FRAMES, SOFTWARE_FRAMES = 32, 256, 8
+_QUICK = 4
 _LOADING = 0.02
 
 
@@ -43,15 +46,16 @@ class Files:
 
 def run(args: argparse.Namespace) -> None:
     """Measures every scene, writes the files, all or none, and prints the tables."""
+    from lab.bench.sweep import check_sweeps
+
     requests = _requests(args)
-    effort = _effort(args)
+    check_sweeps(args.sweep, requests[0].engine)
+    effort = _effort(args, requests[0])
 
     from lab.bench.compare import read_benchmark
-    from lab.bench.sweep import check_sweeps
     from lab.commands.bench_tables import print_benchmark, print_comparison, print_end
     from lab.report import to_json
 
-    check_sweeps(args.sweep)
     before = read_benchmark(args.compare) if args.compare is not None else []
     files = _files(args, requests)
     if args.compare is not None:
@@ -84,16 +88,24 @@ def run(args: argparse.Namespace) -> None:
 
 def _requests(args: argparse.Namespace) -> list[Request]:
     given = vars(args)
-    return [read_request(argparse.Namespace(**given, scene=scene)) for scene in args.scenes or [DEFAULT_SCENE]]
+    return [read_request(argparse.Namespace(**given, scene=scene), ENGINES) for scene in args.scenes or [DEFAULT_SCENE]]
 
 
-def _effort(args: argparse.Namespace) -> Effort:
-    usual = QUICK if args.quick else USUAL
+def _effort(args: argparse.Namespace, request: Request) -> Effort:
+    usual = max(FEWEST, _usual_frames(request) // (_QUICK if args.quick else 1))
     frames = usual if args.frames is None else whole_number("--frames", args.frames, FEWEST, MOST)
 
     from lab.bench.measure import Effort
 
     return Effort(frames=frames)
+
+
+def _usual_frames(request: Request) -> int:
+    if request.engine == "cpu":
+        return CPU_FRAMES
+    from lab.engine.vulkan.device import open_gpu
+
+    return SOFTWARE_FRAMES if open_gpu(request.device).software else CARD_FRAMES
 
 
 def _files(args: argparse.Namespace, requests: list[Request]) -> Files:
@@ -120,7 +132,9 @@ def _counterpart(loaded: Loaded, request: Request, before: list[Record], path: s
 
     if path is None:
         return None
-    return counterpart(header(loaded.scene, request.size, request.params, request.preset), before, path)
+    run = loaded.run
+    now = header(loaded.scene, request.size, request.params, preset=run.preset, engine=run.engine, device=run.device)
+    return counterpart(now, before, path)
 
 
 def _bench(
@@ -133,6 +147,8 @@ def _bench(
         request.params,
         size=request.size,
         preset=request.preset,
+        engine=request.engine,
+        device=request.device,
         effort=effort,
         sweeps=sweeps,
         progress=progress,
@@ -152,12 +168,10 @@ def _compare(records: list[Record], counterparts: list[Record | None], path: str
 
 
 def _pictures(records: list[Record], files: Files) -> dict[Path, Callable[[Path], None]]:
-    from lab.bench.picture import draw_bars, scene_groups, sweep_group
+    from lab.bench.picture import draw_bars, machine_line, scene_groups, sweep_group
     from lab.image_io import write_png
 
-    machine = records[0]["machine"]
-    threads = f"{machine['threads']} thread{'' if machine['threads'] == 1 else 's'}"
-    where = f"{machine['cpu']}, {threads}, {machine['simd']}"
+    where = machine_line(records[0])
     metadata = {"machine": where, "lab_version": records[0]["version"]}
     groups = [group for record in records for group in scene_groups(record)]
     drawn = {files.bars: draw_bars(f"Median milliseconds of a frame: {where}", groups)}

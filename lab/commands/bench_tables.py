@@ -12,6 +12,7 @@ from rich.table import Table
 
 from lab.bench.compare import FASTER, SAME, SLOWER, Comparison
 from lab.bench.definitions import LIMITS, RATIOS
+from lab.bench.picture import machine_line, vpls_of
 from lab.bench.spread import Spread
 
 Record = dict[str, Any]
@@ -37,27 +38,30 @@ def _table(*columns: str, text: int = 1) -> Table:
 def print_benchmark(record: Record) -> None:
     """All that was measured of one scene."""
     console = _console()
-    scene, machine, frame = record["scene"], record["machine"], record["frame_ms"]
+    scene, frame = record["scene"], record["frame_ms"]
     width, height = scene["size"]
-    threads = machine["threads"]
     console.print(
         f"[bold]{escape(scene['name'])}[/] {width}x{height}, {scene['triangles']:,} triangles, "
-        f"{record['counts']['lights']:,} lights, preset {record['preset']}: [bold]{frame['median']:,.1f} ms[/] a frame "
-        f"({frame['q1']:,.1f} to {frame['q3']:,.1f}), {record['frames']} frames, "
-        f"{threads} thread{'' if threads == 1 else 's'}, {machine['simd']}"
+        f"{record['counts']['lights']:,} lights, preset {record['preset']}: "
+        f"[bold]{_number(frame['median'])} ms[/] a frame "
+        f"({_number(frame['q1'])} to {_number(frame['q3'])}), {record['frames']} frames, {escape(machine_line(record))}"
     )
+    _print_host(console, record)
     _print_stages(console, record["stages_ms"], frame, record["limits"]["stages_ms"])
     fast = record["fast_frame"]
     console.print(
         "\n"
         + " ".join(f"{name}={value}" for name, value in fast["settings"].items())
-        + f": [bold]{fast['frame_ms']['median']:,.1f} ms[/] a frame"
+        + f": [bold]{_number(fast['frame_ms']['median'])} ms[/] a frame"
     )
+    _print_host(console, fast)
     _print_stages(console, fast["stages_ms"], fast["frame_ms"], fast["limits_ms"])
     console.print()
     _print_rates(console, record)
     console.print()
-    _print_ratios(console, record["ratios"])
+    _print_regenerated(console, record)
+    console.print()
+    _print_ratios(console, record)
     for name, found in record["sweeps"].items():
         console.print()
         _print_sweep(console, name, found)
@@ -76,17 +80,39 @@ def _print_stages(console: Console, stages: Record, frame: Spread, limits: Recor
             stage,
             *_times(ms),
             f"{ms['median'] / rest:.0%}",
-            f"{limit:,.2f}",
+            _number(limit),
             f"{limit / ms['median']:.0%}" if ms["median"] > 0 else "",
             f"  [dim]{LIMITS[stage].by}[/]",
         )
     total = sum(limit["median"] for limit in limits.values())
-    table.add_row("frame", *_times(frame), "", f"{total:,.2f}", f"{total / rest:.0%}", "  [dim]their sum[/]")
+    table.add_row("frame", *_times(frame), "", _number(total), f"{total / rest:.0%}", "  [dim]their sum[/]")
     console.print(table)
 
 
 def _times(ms: Spread) -> list[str]:
-    return [f"{ms[name]:,.2f}" for name in ("median", "q1", "q3")]
+    return [_number(ms[name]) for name in ("median", "q1", "q3")]
+
+
+def _number(ms: float) -> str:
+    """Milliseconds; those of graphics cards need more digits."""
+    return f"{ms:,.1f}" if ms >= 100 else f"{ms:,.2f}" if ms >= 2 else f"{ms:,.4f}"
+
+
+def _print_host(console: Console, record: Record) -> None:
+    """What the host has to do with it, where a device computes."""
+    if "host_ms" in record:
+        host, wall = (_number(record[name]["median"]) for name in ("host_ms", "wall_ms"))
+        console.print(f"by the device's clock; the host needs {host} ms to hand it over, and has it after {wall} ms")
+
+
+def _print_regenerated(console: Console, record: Record) -> None:
+    table = _table(f"all made anew, {vpls_of(record)} lights", "ms", "q1", "q3", "VPLs", "construction", "rest")
+    for name, found in record["regenerated"]["frames"].items():
+        stages = {stage: ms["median"] for stage, ms in found["stages_ms"].items()}
+        lights, build = stages.pop("trace_vpls"), stages.pop("build_hierarchy")
+        parts = [_number(ms) for ms in (lights, build, sum(stages.values()))]
+        table.add_row(name, *_times(found["frame_ms"]), *parts)
+    console.print(table)
 
 
 def _print_rates(console: Console, record: Record) -> None:
@@ -103,14 +129,15 @@ def _millions(value: float | None) -> str:
     return "" if value is None else f"{value / 1e6:,.2f}"
 
 
-def _print_ratios(console: Console, ratios: Record) -> None:
+def _print_ratios(console: Console, record: Record) -> None:
     table = _table("ratio", "value")
-    table.add_column("  aim")
+    aims = record["engine"] == "cpu"  # they are of two cores
+    table.add_column("  aim" if aims else "")
     table.add_column("is", overflow="fold")
-    for name, definition in RATIOS.items():
-        value = ratios[name]
-        shown = "-" if value is None else f"{value:.3g}"
-        table.add_row(name, f"[bold]{shown}[/]", f"  {escape(definition.aim)}", f"[dim]{escape(definition.formula)}[/]")
+    for name, value in record["ratios"].items():
+        shown, definition = "-" if value is None else f"{value:.3g}", RATIOS[name]
+        aim = f"  {escape(definition.aim)}" if aims else " "
+        table.add_row(name, f"[bold]{shown}[/]", aim, f"[dim]{escape(definition.formula)}[/]")
     console.print(table)
 
 
@@ -118,7 +145,7 @@ def _print_sweep(console: Console, name: str, found: Record) -> None:
     stages = list(found["stages_ms"][0])
     table = _table(name, "frame ms", *stages)
     for value, frame, ms in zip(found["values"], found["frame_ms"], found["stages_ms"], strict=True):
-        row = [f"{frame['median']:,.1f}", *(f"{ms[stage]['median']:,.1f}" for stage in stages)]
+        row = [_number(frame["median"]), *(_number(ms[stage]["median"]) for stage in stages)]
         table.add_row(f"{value:,}", *row)
     console.print(table)
 
@@ -135,8 +162,8 @@ def print_comparison(comparison: Comparison, path: str) -> None:
         style = _STYLE[change.verdict]
         table.add_row(
             escape(change.name),
-            f"{change.before['median']:,.2f}",
-            f"{change.now['median']:,.2f}",
+            _number(change.before["median"]),
+            _number(change.now["median"]),
             f"{change.factor:.3f}",
             f"  [{style}]{change.verdict}[/]",
         )

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lab import _core
+from lab.engine.clock import HostClock
 from lab.engine.dependencies import draws_members
 from lab.engine.simd import use_simd_of_environment
 from lab.errors import LabError
@@ -96,6 +97,10 @@ class CpuEngine:
         else:
             found = _core.limit_shadow_rays(scene, frame.hierarchy, frame.gbuffer, frame.lighting, settings, 1)
         return found["rays"], found["seconds"]
+
+    def clock(self) -> HostClock:
+        """The processor's."""
+        return HostClock()
 
     def trace_vpls(self, params: Params) -> Lights:
         """VPLs by paths from the scene's lights; a scene with a light list is lit by that list instead."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Protocol
 
+from lab.engine.clock import StageClock
 from lab.errors import LabError, nearest
 from lab.params import Params
 from lab.records import FilteredShadows, GBuffer, Hierarchy, Image, Lighting, Lights, ShadowSamples
@@ -25,6 +26,9 @@ class Engine(Protocol):
     """Runs the stages of one scene. Stages keep no state: what they need comes in, what they make goes out."""
 
     scene: Scene
+
+    def clock(self) -> StageClock:
+        """A new clock, which takes the time of one frame's stages."""
 
     def trace_vpls(self, params: Params) -> Lights:
         """The input lights: VPLs traced from the scene's lights, or the scene's own light list."""

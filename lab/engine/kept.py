@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
+from lab.engine.clock import StageClock
 from lab.engine.dependencies import LEVEL_SETTINGS, STAGE_SETTINGS, draws_members, outdated_by
 from lab.engine.engine import Engine
 from lab.params import Params
@@ -36,6 +37,10 @@ class KeptStages:
         self.engine, self.scene = engine, engine.scene
         self.ran: set[str] = set()
         self._kept = kept
+
+    def clock(self) -> StageClock:
+        """The engine's."""
+        return self.engine.clock()
 
     def trace_vpls(self, params: Params) -> Lights:
         """As the engine's."""

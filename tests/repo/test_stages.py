@@ -13,9 +13,9 @@ from lab.engine.engine import STAGES, Engine
 from .project import ROOT, files, text
 
 
-def test_engine_has_one_method_a_stage() -> None:
+def test_engine_has_one_method_a_stage_and_a_clock() -> None:
     methods = [name for name, _ in inspect.getmembers(Engine, inspect.isfunction) if not name.startswith("_")]
-    assert sorted(methods) == sorted(STAGES)
+    assert sorted(methods) == sorted([*STAGES, "clock"])
 
 
 def test_a_frame_calls_the_stages_in_order() -> None:

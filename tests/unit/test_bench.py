@@ -16,7 +16,7 @@ import pytest
 from PIL import Image
 
 from lab.bench import measure, others, sweep
-from lab.bench.definitions import HELP, LIMITS, RATIOS, SWEEPS
+from lab.bench.definitions import HELP, LIMITS, RATIOS, SWEEPS, ratios_of
 from lab.bench.measure import Effort
 from lab.bench.ratios import ratios
 from lab.cli import main
@@ -64,7 +64,7 @@ def test_the_record_is_whole(run: tuple[Path, dict[str, Any]]) -> None:
     folder, record = run
     assert files(folder / "out") == sorted(["b.json", "b.png", *(f"b-{name}.png" for name in SWEEPS)])
     assert list(record["stages_ms"]) == list(record["limits"]["stages_ms"]) == list(STAGES)
-    assert set(record["ratios"]) == set(RATIOS)
+    assert set(record["ratios"]) == set(ratios_of("cpu"))
     # So few pixels may be no whole group for the light kernel.
     assert all(value > 0 for name, value in record["ratios"].items() if name not in KERNELS)
     assert record["scene"]["size"] == [32, 18] and record["params"]["vpls"] == record["counts"]["lights"] == 200
@@ -118,6 +118,15 @@ def test_ratios_are_what_they_are_said_to_be(run: tuple[Path, dict[str, Any]]) -
     )
     assert rates["lights_built_per_s"] == pytest.approx(200 / ms(record["stages_ms"], "build_hierarchy") * 1e3)
     assert limits["gbuffer_rays_per_s"] == pytest.approx(32 * 18 / ms(limits["stages_ms"], "render_gbuffer") * 1e3)
+
+
+def test_everything_is_made_anew(run: tuple[Path, dict[str, Any]]) -> None:
+    found = run[1]["regenerated"]
+    assert found["vpls"] == MANY
+    assert list(found["frames"]) == [f"interleave={n} shadow_samples={k}" for n in (1, 4) for k in (1, 4)]
+    for frame in found["frames"].values():
+        assert all(frame["stages_ms"][stage]["median"] > 0 for stage in STAGES)
+        assert frame["frame_ms"]["runs"] == 2 and "host_ms" not in frame
 
 
 def test_who_else_had_the_processor() -> None:
@@ -178,7 +187,7 @@ def test_tables(quads: Path, empty_folder: Path, capsys: pytest.CaptureFixture[s
     assert files() == ["elsewhere/b.json", "out/quads-bench-interleave.png", "out/quads-bench.png"]
     said = capsys.readouterr()
     assert not said.err and "wrote out/quads-bench.png, elsewhere/b.json" in said.out
-    for word in (*STAGES, *RATIOS, "frame", "quads", "32x18"):
+    for word in (*STAGES, *ratios_of("cpu"), "frame", "quads", "32x18", "made anew"):
         assert word in said.out, word
 
 
@@ -187,7 +196,7 @@ def test_several_scenes(quads: Path, empty_folder: Path, capsys: pytest.CaptureF
     assert main(["bench", *FLAGS[:-2], "--frames", "2", "-o", "b", "--set", "seed=1", str(quads), str(other)]) == 0
     records = json.loads(Path("b.json").read_text())["scenes"]
     assert [record["scene"]["name"] for record in records] == ["quads", "other"]
-    assert all(set(record["ratios"]) == set(RATIOS) for record in records)
+    assert all(set(record["ratios"]) == set(ratios_of("cpu")) for record in records)
     said = capsys.readouterr().out
     assert "quads 32x18" in said and "other 32x18" in said
 

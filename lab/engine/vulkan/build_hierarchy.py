@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from typing import TYPE_CHECKING, Any
 
 from lab.engine.vulkan.hierarchy import HierarchyParts, device_hierarchy
@@ -17,12 +18,15 @@ if TYPE_CHECKING:
     import slangpy as spy
 
     from lab.engine.vulkan.device import Gpu
+    from lab.engine.vulkan.timing import Span
 
 # Rows of the buffer of group counts: enum Groups in shaders/lib/build_state.slang.
 WORDS, VERTICES, SUMS, CORNERS = 0, 16, 32, 48
 CLEAR, MARK, CLEAR_COARSE, SCAN_S1, SCAN_COARSE = 64, 65, 66, 67, 68
 _GROUP_ROWS = 69
 _SCAN_BLOCK = 1024
+
+Part = Callable[[str], AbstractContextManager[object]]
 
 
 def build_hierarchy(gpu: Gpu, lights: Lights, params: Params) -> Hierarchy:
@@ -34,6 +38,31 @@ def build_hierarchy(gpu: Gpu, lights: Lights, params: Params) -> Hierarchy:
     with gpu.stage("build_hierarchy") as encoder:
         made.record(encoder)
     return device_hierarchy(made.parts)
+
+
+def construction_ms(gpu: Gpu, lights: Lights, params: Params) -> dict[str, float]:
+    """What the device takes for each part of a build: ``bounds``, ``S1``, ``merge``, ``S2``, ``S3`` ... and ``total``.
+
+    The timestamps between the parts make it a little slower.
+    """
+    made = HierarchyBuild(gpu, lights, params)
+    spans: dict[str, Span] = {}
+
+    with gpu.stage("build_hierarchy") as encoder:
+
+        @contextmanager
+        def timed(name: str) -> Iterator[None]:
+            spans[name] = gpu.clock.begin(encoder)
+            yield
+            gpu.clock.end(encoder, spans[name])
+
+        made.record(encoder, timed)
+    whole = gpu.spans["build_hierarchy"]
+    for span in spans.values():
+        span.submission = whole.submission
+    top = int(made.parts.on_host["top"])
+    there = {name: span.ms for name, span in spans.items() if name in ("bounds", "merge") or int(name[1:]) <= top}
+    return there | {"total": whole.ms}
 
 
 class HierarchyBuild:
@@ -84,29 +113,33 @@ class HierarchyBuild:
             "by_luminance": params.centre_weight == "flux",
         }
 
-    def record(self, encoder: spy.CommandEncoder) -> None:
-        """The whole stage."""
-        self.record_s1(encoder)
-        self._mark_coarse_levels()
-        self._scan(coarse=True)
+    def record(self, encoder: spy.CommandEncoder, part: Part = nullcontext) -> None:
+        """The whole stage; `part` is entered around each part of it, with its name."""
+        self.record_s1(encoder, part)
+        with part("merge"):
+            self._mark_coarse_levels()
+            self._scan(coarse=True)
         gather = self._params.construction == "gather"
         from_finer = gather and not self._values["half_open"]
         for level in range(2, self.sizes.last_candidate + 1):
-            self._run("vertices", "list_vertices", WORDS + level, level=level, lights=self.parts.lights)
-            if from_finer and level > 2:
-                self._run("sums", "coarsen", VERTICES + level, level=level, lights=self.parts.lights)
-            else:
-                self._sum_level(level, source=1 if gather else 0)
+            with part(f"S{level}"):
+                self._run("vertices", "list_vertices", WORDS + level, level=level, lights=self.parts.lights)
+                if from_finer and level > 2:
+                    self._run("sums", "coarsen", VERTICES + level, level=level, lights=self.parts.lights)
+                else:
+                    self._sum_level(level, source=1 if gather else 0)
 
-    def record_s1(self, encoder: spy.CommandEncoder) -> None:
+    def record_s1(self, encoder: spy.CommandEncoder, part: Part = nullcontext) -> None:
         """As far as S1, whose fixed-point sums are then in `sums`."""
         self._encoder = encoder
-        self._encoder.clear_buffer(self._groups.raw)
-        self._choose_levels()
-        self._sort_inputs()
-        self._scan(coarse=False)
-        self._run("vertices", "list_vertices", WORDS + 1, level=1, lights=self.parts.lights)
-        self._sum_level(1, source=0)
+        with part("bounds"):
+            self._encoder.clear_buffer(self._groups.raw)
+            self._choose_levels()
+        with part("S1"):
+            self._sort_inputs()
+            self._scan(coarse=False)
+            self._run("vertices", "list_vertices", WORDS + 1, level=1, lights=self.parts.lights)
+            self._sum_level(1, source=0)
 
     def _choose_levels(self) -> None:
         inputs = [self.sizes.inputs, 1, 1]

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from lab.caches import cache_root
 from lab.engine.vulkan.adapters import Adapter, choose_adapter, import_slangpy, list_adapters, open_device
 from lab.engine.vulkan.buffers import BufferPool
+from lab.engine.vulkan.driver import Driver, driver_of
 from lab.engine.vulkan.program import SHADERS, ComputeProgram, RayProgram, RayShaders
 from lab.engine.vulkan.timing import Clock, Span
 
@@ -38,6 +39,7 @@ class Gpu:
         self.pool = BufferPool(self.device)
         self.clock = Clock(self.device)
         self.spans: dict[str, Span] = {}
+        self._collected: list[Span] | None = None
         self.most_groups = int(self.device.info.limits.max_compute_dispatch_thread_groups.x)
         self._compute: dict[object, ComputeProgram] = {}
         self._rays: dict[object, RayProgram] = {}
@@ -66,8 +68,19 @@ class Gpu:
         span = self.clock.begin(encoder)
         yield encoder
         self.clock.end(encoder, span)
-        self.device.submit_command_buffer(encoder.finish())
+        span.submission = self.device.submit_command_buffer(encoder.finish())
         self.spans[name] = span
+        if self._collected is not None:
+            self._collected.append(span)
+
+    @contextmanager
+    def collecting(self, spans: list[Span]) -> Iterator[None]:
+        """While this lasts, `spans` gets the span of every recorded piece of work."""
+        before, self._collected = self._collected, spans
+        try:
+            yield
+        finally:
+            self._collected = before
 
     def stages_ms(self) -> dict[str, float]:
         """Milliseconds that the device took for the last run of each stage; waits for them."""
@@ -83,7 +96,24 @@ class Gpu:
 
     def describe(self) -> dict[str, Any]:
         """What a run's record says about the device."""
-        return {"name": self.adapter.name, "index": self.adapter.index, "slangpy": import_slangpy().__version__}
+        found = self.driver
+        return {
+            "name": self.adapter.name,
+            "index": self.adapter.index,
+            "kind": found.kind if found else "",
+            "driver": found.driver if found else "",
+            "slangpy": import_slangpy().__version__,
+        }
+
+    @property
+    def driver(self) -> Driver | None:
+        """Whose driver it is and of what kind, where the Vulkan loader tells."""
+        return driver_of(self.adapter.name, self.adapter.luid)
+
+    @property
+    def software(self) -> bool:
+        """Whether it computes on the processor: a device in name only."""
+        return self.driver is not None and self.driver.kind == "software"
 
 
 @cache

@@ -11,6 +11,7 @@ from lab.engine.vulkan.members import MemberTables
 from lab.engine.vulkan.render_gbuffer import render_gbuffer
 from lab.engine.vulkan.scene import DeviceScene
 from lab.engine.vulkan.scene_lights import upload_lights
+from lab.engine.vulkan.timing import DeviceClock
 from lab.engine.vulkan.trace_compensation import Compensation
 from lab.engine.vulkan.trace_shadow_rays import LitScene, trace_shadow_rays
 from lab.engine.vulkan.trace_vpls import VplTracer
@@ -45,6 +46,10 @@ class VulkanEngine:
             Compensation(self.gpu, self.device_scene, self.device_lights),
         )
         self._vpls = VplTracer(self.gpu, self.device_scene, self.device_lights)
+
+    def clock(self) -> DeviceClock:
+        """The device's own, by timestamps."""
+        return DeviceClock(self.gpu)
 
     def build_hierarchy(self, lights: Lights, params: Params) -> Hierarchy:
         """LY19 3.1: all levels, compacted and merged."""

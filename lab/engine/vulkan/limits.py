@@ -1,0 +1,187 @@
+"""What the device could do at best with the work of a stage: for ``lab bench``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lab.engine.vulkan.buffers import DeviceBuffer
+from lab.engine.vulkan.gbuffer import gbuffer_parts
+from lab.engine.vulkan.lighting import lighting_parts
+from lab.engine.vulkan.program import RayShaders
+from lab.engine.vulkan.render_gbuffer import camera_uniform
+from lab.engine.vulkan.shadows import shadow_parts
+from lab.engine.vulkan.uniforms import params_uniform
+from lab.records import Frame
+
+if TYPE_CHECKING:
+    import slangpy as spy
+
+    from lab.engine.vulkan.device import Gpu
+    from lab.engine.vulkan.engine import VulkanEngine
+
+_STREAM_RUN = 65536  # bytes that a workgroup of limit_stream.slang reads
+_STREAM_THREADS = 256
+_RAYS_A_ROW = 4096
+
+_SURFACE = ("surface", "nearest", "hole")
+_NEAREST = RayShaders("find_nearest", ("miss",), (_SURFACE,), payload_bytes=16)
+_ANY = RayShaders("find_any", ("miss_in_sight",), (("surface", "", "hole_in_sight"),), payload_bytes=4)
+_PATHS = RayShaders("follow", ("miss",), (_SURFACE,), payload_bytes=16)
+
+
+def seconds(gpu: Gpu, record: Callable[[spy.CommandEncoder], object]) -> float:
+    """What the device takes for what `record` hands to it."""
+    with gpu.stage("limit") as encoder:
+        record(encoder)
+    return gpu.spans["limit"].ms / 1e3
+
+
+class StreamLimit:
+    """How fast the device reads memory."""
+
+    def __init__(self, gpu: Gpu, size: int) -> None:
+        """`size`: bytes that are read at a time, many times what caches hold."""
+        self._gpu, groups = gpu, max(1, size // _STREAM_RUN)
+        self.bytes = groups * _STREAM_RUN
+        self._threads = [groups * _STREAM_THREADS, 1, 1]
+        self._values = gpu.pool.take(self.bytes // 16, "4u4", "streamed")
+        self._sums = gpu.pool.take(groups * _STREAM_THREADS, "u4", "sums of what was streamed")
+        seconds(gpu, lambda encoder: self._program("fill").dispatch(encoder, self._threads, values=self._values))
+
+    def rate(self, passes: int) -> float:
+        """Bytes a second, the best of some passes."""
+
+        def read(encoder: spy.CommandEncoder) -> None:
+            self._program("read").dispatch(encoder, self._threads, values=self._values, sums=self._sums)
+
+        best = min(seconds(self._gpu, read) for _ in range(passes))
+        return self.bytes / best
+
+    def read_back(self) -> int:
+        """The sum of all numbers that were read: each is 1."""
+        return int(self._sums.numpy().sum(dtype=np.uint64))
+
+    def _program(self, entry: str) -> Any:
+        return self._gpu.program("limit_stream", entry)
+
+
+@dataclass(frozen=True)
+class Rays:
+    """Rays on the device.
+
+    Attributes:
+        origins: 4f4, and the length.    directions: 4f4.
+        nearest: whether the nearest hit is asked for; else only whether there is one.
+
+    """
+
+    engine: VulkanEngine
+    origins: DeviceBuffer
+    directions: DeviceBuffer
+    nearest: bool
+
+    def __len__(self) -> int:
+        return len(self.origins)
+
+    def seconds(self) -> float:
+        """What the device takes to trace them."""
+        return seconds(self.engine.gpu, self.record) if len(self) else 0.0
+
+    def record(self, encoder: spy.CommandEncoder) -> DeviceBuffer:
+        """Traces them; u4 a ray: the number of the triangle that is hit, or whether the ray is free."""
+        gpu = self.engine.gpu
+        found = gpu.pool.take(len(self), "u4", "what rays found")
+        gpu.ray_program("limit_rays", _NEAREST if self.nearest else _ANY).dispatch(
+            encoder,
+            [_RAYS_A_ROW, -(-len(self) // _RAYS_A_ROW), 1],
+            scene=self.engine.device_scene.uniform,
+            origins=self.origins,
+            directions=self.directions,
+            rays=len(self),
+            found=found,
+        )
+        return found
+
+
+def vpl_rays(engine: VulkanEngine, frame: Frame) -> Rays:
+    """The rays of the light paths that the frame's lights come from; a list of lights comes from none."""
+    gpu, sources = engine.gpu, engine.device_lights.sources
+    paths, bounces = frame.lights.paths_launched, frame.params.max_bounces
+
+    def record(encoder: spy.CommandEncoder, room: dict[str, DeviceBuffer]) -> None:
+        gpu.ray_program("limit_vpl_rays", _PATHS).dispatch(
+            encoder,
+            [paths, 1, 1],
+            scene=engine.device_scene.uniform,
+            lights=engine.device_lights.uniform,
+            sources=sources,
+            source_count=len(sources),
+            paths=paths,
+            max_bounces=bounces,
+            seed=frame.params.seed,
+            **room,
+        )
+
+    return _collect(engine, paths * bounces, record, nearest=True)
+
+
+def gbuffer_rays(engine: VulkanEngine, frame: Frame) -> Rays:
+    """One through each pixel's centre."""
+    width, height = size = frame.gbuffer.size
+
+    def record(encoder: spy.CommandEncoder, room: dict[str, DeviceBuffer]) -> None:
+        camera = camera_uniform(frame.camera, size)
+        program = engine.gpu.program("limit_frame_rays", "gbuffer_rays")
+        program.dispatch(encoder, [width * height, 1, 1], camera=camera, size=size, **room)
+
+    return _collect(engine, width * height, record, nearest=True)
+
+
+def shadow_rays(engine: VulkanEngine, frame: Frame) -> Rays:
+    """Those of the shadow samples, and of direct light."""
+    gpu, params, lights = engine.gpu, frame.params, engine.device_lights.uniform
+    view, shadows = gbuffer_parts(gpu, frame.gbuffer), shadow_parts(gpu, frame.shadows)
+    suns, points, spots, emitters = lights["count"]
+    a_pixel = params.shadow_samples + suns + points + spots + (params.direct_samples if emitters else 0)
+
+    def record(encoder: spy.CommandEncoder, room: dict[str, DeviceBuffer]) -> None:
+        gpu.program("limit_frame_rays", "shadow_rays").dispatch(
+            encoder,
+            [view.pixels, 1, 1],
+            scene=engine.device_scene.uniform,
+            lights=lights,
+            picked_light=lighting_parts(gpu, frame.lighting).light,
+            point=shadows.point,
+            omega=shadows.omega,
+            pixels=view.pixels,
+            params=params_uniform(params),
+            **{name: getattr(view, name) for name in ("position", "normal", "geometric_normal")},
+            **room,
+        )
+
+    return _collect(engine, view.pixels * a_pixel, record, nearest=False)
+
+
+def _collect(
+    engine: VulkanEngine,
+    most: int,
+    record: Callable[[spy.CommandEncoder, dict[str, DeviceBuffer]], None],
+    *,
+    nearest: bool,
+) -> Rays:
+    """What `record` writes into two buffers of `most` rows, without the rows of no ray."""
+    gpu = engine.gpu
+    room = {name: gpu.pool.take(most, "4f4", f"ray {name}") for name in ("origins", "directions")}
+    if most:
+        with gpu.stage("limit") as encoder:
+            for buffer in room.values():
+                encoder.clear_buffer(buffer.raw)
+            record(encoder, room)
+    directions = room["directions"].numpy()
+    there = directions[:, :3].any(axis=1)
+    origins = gpu.pool.upload(room["origins"].numpy()[there], "ray origins")
+    return Rays(engine, origins, gpu.pool.upload(directions[there], "ray directions"), nearest)
