@@ -10,7 +10,7 @@ import pytest
 import lab
 from lab import _core
 from lab.engine.vulkan.build_hierarchy import HierarchyBuild, build_hierarchy
-from lab.engine.vulkan.hierarchy import hierarchy_parts
+from lab.engine.vulkan.hierarchy import device_hierarchy, hierarchy_parts
 from lab.engine.vulkan.hierarchy_sizes import COLUMNS, MOST_LEVELS, hierarchy_sizes
 from lab.engine.vulkan.layouts import INPUT_LIGHT
 from lab.engine.vulkan.lights import LightsParts, device_lights
@@ -145,11 +145,26 @@ def test_lights_may_be_on_the_device_already(gpu: Any) -> None:
     assert_same(made, lab.build_hierarchy(lights, Params(shadow_points="jitter")))
 
 
+@pytest.mark.parametrize("construction", ["gather", "scatter"])
+def test_passes_of_more_threads_than_a_dispatch_may_have(gpu: Any, construction: str) -> None:
+    lights, params = walls(700, 8), Params(construction=construction, shadow_samples=0)
+    made = HierarchyBuild(gpu, lights, params, most_groups=2)
+    with gpu.stage("build_hierarchy") as encoder:
+        made.record(encoder)
+    assert 8 * len(lights) > 2 * 256
+    assert_same(device_hierarchy(made.parts), lab.build_hierarchy(lights, params))
+
+
 def test_what_the_device_has_no_room_for_is_refused() -> None:
     with pytest.raises(lab.LabError, match=r"levels=11.*at most 10; use fewer, or --engine cpu"):
         hierarchy_sizes(1000, Params(levels=11))
-    with pytest.raises(lab.LabError, match="20000000 lights"):
+    with pytest.raises(lab.LabError, match="20000000 lights: the Vulkan engine takes at most 8000000;"):
         hierarchy_sizes(20_000_000, Params())
+    assert hierarchy_sizes(8_000_000, Params()).slots > 64_000_000
+    with pytest.raises(lab.LabError, match=r"8000000 lights, levels=10: .* grid lights, more than"):
+        hierarchy_sizes(8_000_000, Params(levels=10))
+    with pytest.raises(lab.LabError, match=r"1500000 lights, levels=9: the lists .* slots, .*shadow_points=jitter"):
+        hierarchy_sizes(1_500_000, Params(levels=9, gather_range="half_open"))
     assert hierarchy_sizes(100_000, Params()).first_candidate == 6  # 33^3 vertices are under half
 
 

@@ -1,4 +1,6 @@
-// Drawing from a list in proportion to weights with one look into memory (Walker 1977, built as by Vose 1991).
+// Drawing from a list in proportion to weights with one look into memory (Walker 1977). A table is filled by one sweep
+// along its items, which a graphics card can enter anywhere (after Huebschle-Schneider and Sanders 2019), in whole
+// numbers, whose sums don't depend on order: shaders/lib/alias_table.slang makes the same tables.
 #pragma once
 
 #include <cstdint>
@@ -33,11 +35,14 @@ inline std::uint32_t alias_draw(const AliasSlot* slots, std::uint64_t count, std
 class AliasTables {
   public:
     // Of slots (at least one) whose own items are set, for the `weight` (>= 0) of each. Items of weight 0 are never
-    // drawn, unless all are 0: then evenly. The weights are used up.
-    void fill(std::span<AliasSlot> table, std::span<double> weight);
+    // drawn, unless all are 0: then evenly. Weights below 2^-36 of the largest count as 0.
+    void fill(std::span<AliasSlot> table, std::span<const double> weight);
 
   private:
+    std::vector<std::uint64_t> share_;  // of each item, in 2^-32 slots
     std::vector<std::uint32_t> poor_, rich_;
+
+    void set_shares(std::span<const double> weight);
 };
 
 }  // namespace lab

@@ -7,9 +7,10 @@ from contextlib import AbstractContextManager, contextmanager, nullcontext
 from typing import TYPE_CHECKING, Any
 
 from lab.engine.vulkan.hierarchy import HierarchyParts, device_hierarchy
-from lab.engine.vulkan.hierarchy_sizes import COLUMNS, Sizes, hierarchy_sizes
+from lab.engine.vulkan.hierarchy_sizes import COLUMNS, MOST_GROUPS, Sizes, hierarchy_sizes
 from lab.engine.vulkan.layouts import BUILD_STATE, GRID_LIGHT, HIERARCHY_INFO
 from lab.engine.vulkan.lights import lights_parts
+from lab.engine.vulkan.members import MemberParts
 from lab.engine.vulkan.sort import sort_keys
 from lab.params import Params
 from lab.records import Hierarchy, Lights
@@ -26,11 +27,14 @@ CLEAR, MARK, CLEAR_COARSE, SCAN_S1, SCAN_COARSE = 64, 65, 66, 67, 68
 _GROUP_ROWS = 69
 _SCAN_BLOCK = 1024
 
+_FEW_MEMBERS = 64  # that one thread lists: build_hierarchy_few_members.slang
+_LIST_GROUPS = 4096  # the most that make one list after another
+
 Part = Callable[[str], AbstractContextManager[object]]
 
 
 def build_hierarchy(gpu: Gpu, lights: Lights, params: Params) -> Hierarchy:
-    """All levels, compacted and merged; without member lists.
+    """All levels, compacted and merged; with member lists where shadow points are drawn from them.
 
     Errors: :class:`lab.errors.LabError` for more lights or levels than the device takes.
     """
@@ -43,7 +47,7 @@ def build_hierarchy(gpu: Gpu, lights: Lights, params: Params) -> Hierarchy:
 def construction_ms(gpu: Gpu, lights: Lights, params: Params) -> dict[str, float]:
     """What the device takes for each part of a build: ``bounds``, ``S1``, ``merge``, ``S2``, ``S3`` ... and ``total``.
 
-    The timestamps between the parts make it a little slower.
+    And ``members``, where shadow points are drawn from them. The timestamps in between make it a little slower.
     """
     made = HierarchyBuild(gpu, lights, params)
     spans: dict[str, Span] = {}
@@ -74,16 +78,23 @@ class HierarchyBuild:
 
     """
 
-    def __init__(self, gpu: Gpu, lights: Lights, params: Params) -> None:
-        self._gpu, self._params = gpu, params
+    def __init__(self, gpu: Gpu, lights: Lights, params: Params, *, most_groups: int = MOST_GROUPS) -> None:
+        """Takes memory for it. `most_groups`: of threads, in the dispatches that may need many."""
+        self._gpu, self._params, self._most_groups = gpu, params, most_groups
         source = lights_parts(gpu, lights).lights
-        sizes: Sizes = hierarchy_sizes(len(source), params, gpu.most_groups)
+        sizes: Sizes = hierarchy_sizes(len(source), params)
         self.sizes = sizes
         pool = gpu.pool
         self.parts = HierarchyParts(
             pool.take(1, HIERARCHY_INFO, "hierarchy info"),
             pool.take(sizes.capacity, GRID_LIGHT, "grid lights"),
             pool.take(sizes.inputs, "u4", "input index"),
+            sizes.last_candidate + 1,
+            MemberParts(
+                pool.take(sizes.rows_of(1), "2u4", "member lists"), pool.take(sizes.slots, "3u4", "member slots")
+            )
+            if sizes.slots
+            else None,
         )
         self.sums = pool.take(sizes.sum_rows * COLUMNS, "i8", "vertex sums")
         self._source = source
@@ -96,7 +107,7 @@ class HierarchyBuild:
             "rank": pool.take(sizes.half, "u4", "vertex ranks"),
             "block_sums": pool.take(-(-sizes.half // _SCAN_BLOCK), "u4", "block sums"),
             "sums": self.sums,
-            "coarse_sums": pool.take(sizes.coarse_rows * COLUMNS, "f8", "coarse sums"),
+            "coarse_sums": pool.take(sizes.rows_of(2) * COLUMNS, "f8", "coarse sums"),
             "s1_weight": pool.take(sizes.sum_rows, "f4", "weights of S1"),
             "input_index": self.parts.input_index,
             "inputs": source,
@@ -128,6 +139,9 @@ class HierarchyBuild:
                     self._run("sums", "coarsen", VERTICES + level, level=level, lights=self.parts.lights)
                 else:
                     self._sum_level(level, source=1 if gather else 0)
+        if self.parts.members:
+            with part("members"):
+                self._list_members(self.parts.members)
 
     def record_s1(self, encoder: spy.CommandEncoder, part: Part = nullcontext) -> None:
         """As far as S1, whose fixed-point sums are then in `sums`."""
@@ -158,6 +172,7 @@ class HierarchyBuild:
         self._run("sort", "cell_keys", inputs, lights=self._source, keys=keys)
         keys = sort_keys(self._gpu, self._encoder, keys, self.sizes.key_bits)
         self._run("sort", "write_inputs", inputs, lights=self.parts.lights, keys=keys)
+        self._values["keys"] = keys
 
     def _scan(self, *, coarse: bool) -> None:
         groups = SCAN_COARSE if coarse else SCAN_S1
@@ -180,7 +195,9 @@ class HierarchyBuild:
 
     def _sum_level(self, level: int, source: int) -> None:
         """Sums over the lights of level `source`, and the grid lights that they make."""
-        corners: int | Sequence[int] = CORNERS + 1 if source else [8 * self.sizes.inputs, 1, 1]
+        corners: int | Sequence[int] = (
+            CORNERS + 1 if source else [min(8 * self.sizes.inputs, 256 * self._most_groups), 1, 1]
+        )
         named: dict[str, Any] = {"level": level, "lights": self.parts.lights}
         self._run("sums", "clear_sums", SUMS + level, **named)
         self._run("sums", "add_lights", corners, **named, **{"from": source, "redo": False})
@@ -188,9 +205,30 @@ class HierarchyBuild:
         self._run("sums", "add_lights", corners, **named, **{"from": source, "redo": True})
         self._run("sums", "finish_lights", VERTICES + level, **named, **{"from": source})
 
+    def _list_members(self, members: MemberParts) -> None:
+        """Alias tables of what every grid light is made of, each where there is room for it."""
+        pool, sizes, known = self._gpu.pool, self.sizes, self._values
+        taken = pool.take(2, "u4", "member slots taken")
+        self._encoder.clear_buffer(taken.raw)
+        long_lists = pool.take(8 * sizes.inputs // _FEW_MEMBERS + 1, "u4", "long member lists")
+        levels = {name: known[name] for name in ("info", "bits", "rank", "keys", "half", "half_open")}
+        levels |= {"lights": self.parts.lights, "gather": self._params.construction == "gather"}
+        named: dict[str, Any] = {"lists": members.list, "slots": members.slot, "taken": taken, "levels": levels}
+        self._run("few_members", "list_members", VERTICES + 1, **named, long_lists=long_lists)
+
+        def run(entry: str, width: int, most: int, **more: Any) -> None:
+            groups = min(most, _LIST_GROUPS)
+            program = self._gpu.program("build_hierarchy_many_members", entry, {"width": width})
+            program.dispatch(self._encoder, [width * groups, 1, 1], **named, **more, groups=groups)
+
+        run("list_long", 64, len(long_lists), long_lists=long_lists)
+        for first, last, width in ((5, sizes.last_candidate, 512), (2, 4, 64)):
+            run("list_coarse", width, sizes.rows_of(first, last), first=first, last=last)
+
     def _run(self, module: str, entry: str, threads: int | Sequence[int], /, **named: Any) -> None:
         """Runs an entry point on what it asks for by name; `threads`: how many, or a row of the group counts."""
-        program = self._gpu.program(f"build_hierarchy_{module}", entry)
+        constants = {} if self._most_groups == MOST_GROUPS else {"most_groups": self._most_groups}
+        program = self._gpu.program(f"build_hierarchy_{module}", entry, constants)
         known = self._values | named
         values = {name: known[name] for name in program.names}
         if isinstance(threads, int):

@@ -25,7 +25,7 @@ class Gpu:
     Attributes:
         device: slangpy's.    adapter: which one it is.
         pool: where buffers come from, and go back to by themselves.    clock: takes the time of spans of work.
-        spans: the last recorded span of each stage.    most_groups: of threads, along the x axis of a dispatch.
+        spans: the last recorded span of each stage.
 
     """
 
@@ -40,7 +40,6 @@ class Gpu:
         self.clock = Clock(self.device)
         self.spans: dict[str, Span] = {}
         self._collected: list[Span] | None = None
-        self.most_groups = int(self.device.info.limits.max_compute_dispatch_thread_groups.x)
         self._compute: dict[object, ComputeProgram] = {}
         self._rays: dict[object, RayProgram] = {}
 

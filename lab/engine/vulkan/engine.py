@@ -7,7 +7,7 @@ from lab.engine.vulkan.composite import composite
 from lab.engine.vulkan.device import Gpu
 from lab.engine.vulkan.filter_shadows import filter_shadows
 from lab.engine.vulkan.light import light
-from lab.engine.vulkan.members import MemberTables
+from lab.engine.vulkan.members import no_members
 from lab.engine.vulkan.render_gbuffer import render_gbuffer
 from lab.engine.vulkan.scene import DeviceScene
 from lab.engine.vulkan.scene_lights import upload_lights
@@ -42,7 +42,7 @@ class VulkanEngine:
             self.gpu,
             self.device_scene,
             self.device_lights,
-            MemberTables(self.gpu),
+            no_members(self.gpu),
             Compensation(self.gpu, self.device_scene, self.device_lights),
         )
         self._vpls = VplTracer(self.gpu, self.device_scene, self.device_lights)

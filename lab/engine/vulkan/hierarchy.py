@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 
 from lab.engine.vulkan.buffers import DeviceBuffer
 from lab.engine.vulkan.layouts import GRID_LIGHT, HIERARCHY_INFO
+from lab.engine.vulkan.members import MemberParts, upload_members
 from lab.engine.vulkan.records import device_record, parts
-from lab.records import Floats, Hierarchy
+from lab.records import Floats, Hierarchy, Members
 
 if TYPE_CHECKING:
     from lab.engine.vulkan.device import Gpu
@@ -28,12 +29,16 @@ class HierarchyParts:
     Attributes:
         info: one row of ``HierarchyInfo``.    lights: rows of ``GridLight``, all levels merged; the last are unused.
         input_index: (n,) uint32, row of the input list that merged index i < n came from.
+        most_levels: no more than these, level 0 included; known without reading anything back.
+        members: what grid lights are made of, where shadow points are drawn from that.
 
     """
 
     info: DeviceBuffer
     lights: DeviceBuffer
     input_index: DeviceBuffer
+    most_levels: int
+    members: MemberParts | None = None
 
     @cached_property
     def on_host(self) -> NDArray[Any]:
@@ -46,14 +51,18 @@ class HierarchyParts:
             )
         return row
 
+    def levels(self) -> int:
+        """How many there are, level 0 included; read back."""
+        return int(self.on_host["top"]) + 1
+
     @cached_property
     def rows(self) -> NDArray[Any]:
         """The used rows of `lights`, read back."""
         return self.lights.numpy(int(self.on_host["offset"][self.on_host["top"] + 1]))
 
 
-def hierarchy_parts(gpu: Gpu, hierarchy: Hierarchy) -> HierarchyParts:
-    """The device's buffers of any hierarchy; one of the host is uploaded."""
+def hierarchy_parts(gpu: Gpu, hierarchy: Hierarchy, *, members: bool = False) -> HierarchyParts:
+    """The device's buffers of any hierarchy; one of the host is uploaded, with its `members` if they are asked for."""
     own = parts(hierarchy)
     if isinstance(own, HierarchyParts):
         return own
@@ -77,6 +86,8 @@ def hierarchy_parts(gpu: Gpu, hierarchy: Hierarchy) -> HierarchyParts:
         pool.upload(info, "hierarchy info"),
         pool.upload(rows, "grid lights"),
         pool.upload(hierarchy.input_index, "input index"),
+        levels,
+        upload_members(gpu, hierarchy.members) if members and hierarchy.members else None,
     )
 
 
@@ -88,6 +99,11 @@ def device_hierarchy(made: HierarchyParts) -> Hierarchy:
 
     def about(pick: Callable[[NDArray[Any]], NDArray[Any]]) -> Callable[[], NDArray[Any]]:
         return lambda: pick(made.on_host).copy()
+
+    def members() -> Members | None:
+        if made.members is None:
+            return None
+        return made.members.numpy(len(made.rows) - len(made.input_index))
 
     def vertex() -> NDArray[np.uint16]:
         xy, z = made.rows["vertex_xy"], made.rows["vertex_z_oriented"]
@@ -105,6 +121,6 @@ def device_hierarchy(made: HierarchyParts) -> Hierarchy:
             "vertex": vertex,
             "oriented": lambda: (made.rows["vertex_z_oriented"] >> 16).astype(np.uint8),
             "input_index": made.input_index.numpy,
-            "members": lambda: None,
+            "members": members,
         },
     )

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from lab.engine.dependencies import draws_members
+from lab.engine.vulkan.layouts import GRID_LIGHT
+from lab.engine.vulkan.members import MOST_SLOTS
 from lab.errors import LabError
 from lab.params import Params
 
@@ -16,8 +19,11 @@ MOST_LEVELS = 10
 MOST_LIGHTS = 8_000_000
 """So that no buffer comes near the 4 GB that shaders can address."""
 
-LIGHTS_OF_GROUP = 32
-"""Eight threads a light, 256 to a group."""
+MOST_GROUPS = 65535
+"""Of threads, in one dispatch: every device has as many."""
+
+_MOST_ROWS = MOST_GROUPS * 256
+_MOST_GRID_LIGHTS = (2**32 - 1) // GRID_LIGHT.itemsize
 
 
 @dataclass(frozen=True)
@@ -28,8 +34,8 @@ class Sizes:
         inputs: lights.    most: S1 must have fewer vertices than this, where the number of levels is chosen.
         first_candidate, last_candidate: numbers of levels that are tried. The first can't fail.
         half: words of the vertices of all levels.    capacity: rows of the merged lights.
-        sum_rows: the most vertices of a level.    coarse_rows: of the levels from 2 up.
-        key_bits: of a cell of level 1.
+        level_rows: the most vertices of levels 1, 2, ...; the shares of `capacity`.
+        key_bits: of a cell of level 1.    slots: of member lists; 0 where nothing is drawn from them.
 
     """
 
@@ -39,19 +45,24 @@ class Sizes:
     last_candidate: int
     half: int
     capacity: int
-    sum_rows: int
-    coarse_rows: int
+    level_rows: tuple[int, ...]
     key_bits: int
+    slots: int
+
+    @property
+    def sum_rows(self) -> int:
+        """The most vertices of a level."""
+        return max(self.level_rows)
+
+    def rows_of(self, first: int, last: int = 12) -> int:
+        """The most vertices of levels `first` to `last` together."""
+        return sum(self.level_rows[first - 1 : last])
 
 
-def hierarchy_sizes(count: int, params: Params, most_groups: int = 65535) -> Sizes:
-    """Room for `count` lights, or a :class:`LabError` where that is too much for the device.
-
-    `most_groups`: groups of threads that it runs at once.
-    """
-    most_lights = min(MOST_LIGHTS, most_groups * LIGHTS_OF_GROUP)
-    if count > most_lights:
-        raise LabError(f"{count} lights: this device takes at most {most_lights}; use --engine cpu for more")
+def hierarchy_sizes(count: int, params: Params) -> Sizes:
+    """Room for `count` lights, or a :class:`LabError` where that is too much for the engine."""
+    if count > MOST_LIGHTS:
+        raise LabError(f"{count} lights: the Vulkan engine takes at most {MOST_LIGHTS}; use --engine cpu for more")
     most = (count + 1) // 2
     if params.levels == "auto":
         fixed = None
@@ -67,7 +78,19 @@ def hierarchy_sizes(count: int, params: Params, most_groups: int = 65535) -> Siz
             )
         first = last = fixed
         largest = 8 * count
-    kept = [min(_side(last, level) ** 3, largest) for level in range(1, last + 1)]
+    kept = tuple(min(_side(last, level) ** 3, largest) for level in range(1, last + 1))
+    if max(kept) > _MOST_ROWS or count + sum(kept) > _MOST_GRID_LIGHTS:
+        raise LabError(
+            f"{count} lights, levels={params.levels}: there may be {count + sum(kept):,} grid lights, more than the "
+            "Vulkan engine has room for; use fewer levels, or --engine cpu"
+        )
+    slots = _member_slots(count, kept, params) if draws_members(params) else 0
+    if slots > MOST_SLOTS:
+        raise LabError(
+            f"{count} lights, levels={params.levels}: the lists that shadow points are drawn from may take {slots:,} "
+            f"slots, the Vulkan engine has {MOST_SLOTS:,}; use fewer lights or levels, shadow_points=jitter, or "
+            "--engine cpu"
+        )
     return Sizes(
         inputs=count,
         most=most,
@@ -75,10 +98,17 @@ def hierarchy_sizes(count: int, params: Params, most_groups: int = 65535) -> Siz
         last_candidate=last,
         half=sum(_words(last, level) for level in range(1, last + 1)),
         capacity=count + sum(kept),
-        sum_rows=max(kept),
-        coarse_rows=sum(kept[1:]),
+        level_rows=kept,
         key_bits=max(1, 3 * (last - 1)),
+        slots=slots,
     )
+
+
+def _member_slots(count: int, kept: tuple[int, ...], params: Params) -> int:
+    """The most slots of member lists: a light lies in those of eight vertices of each level that is made of its own."""
+    half_open = params.construction == "gather" and params.gather_range == "half_open"
+    sources = [count] + [kept[0 if half_open or level == 2 else 1] for level in range(2, len(kept) + 1)]
+    return 8 * sum(sources)
 
 
 def _side(levels: int, level: int) -> int:

@@ -23,10 +23,7 @@ _IN_REGISTERS = 8  # shadow samples that one run picks; more take several runs
 def light(
     gpu: Gpu, hierarchy: Hierarchy, gbuffer: GBuffer, params: Params, scene_radius: float, *, counts: bool
 ) -> Lighting:
-    """The unshadowed light of every pixel and its shadow samples; see :class:`~lab.engine.engine.Engine`.
-
-    With `counts` the number of levels is read back from the device before the stage can start.
-    """
+    """The unshadowed light of every pixel and its shadow samples; see :class:`~lab.engine.engine.Engine`."""
     lights, view, pool = hierarchy_parts(gpu, hierarchy), gbuffer_parts(gpu, gbuffer), gpu.pool
     n, samples = params.interleave, params.shadow_samples
     # A row of points is cut into runs, a picture into squares.
@@ -34,7 +31,7 @@ def light(
     tiles = [-(-length // (edge * n)) for length, edge in zip((view.width, view.height), tile, strict=True)]
 
     def counters(label: str) -> DeviceBuffer:
-        return pool.take((int(lights.on_host["top"]) + 1) * view.pixels if counts else 1, "u4", label)
+        return pool.take(lights.most_levels * view.pixels if counts else 1, "u4", label)
 
     made = LightingParts(
         view.width,
@@ -46,6 +43,7 @@ def light(
         overdraw=counters("overdraw"),
         lights_used=counters("lights used"),
         visited=pool.take(tiles[0] * tiles[1] * n * n, "u4", "visited"),
+        levels=lights.levels,
     )
     with gpu.stage("light") as encoder:
         for counted in (made.overdraw, made.lights_used):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -25,6 +26,7 @@ class LightingParts:
         irradiance: 4f4: RGB, and F, the sum that was picked from.
         light: i4, `samples` a pixel: merged index of each pick, -1 for none.    target_weight: f4, as many.
         overdraw, lights_used: u4, level after level; None where not counted.
+        levels: reads back how many levels these have, if there is room for more.
         visited: u4, pairs of pixel and light that each tile evaluated; None where nobody can know.
 
     """
@@ -38,6 +40,7 @@ class LightingParts:
     overdraw: DeviceBuffer | None = None
     lights_used: DeviceBuffer | None = None
     visited: DeviceBuffer | None = None
+    levels: Callable[[], int] | None = None
 
 
 def lighting_parts(gpu: Gpu, lighting: Lighting) -> LightingParts:
@@ -62,7 +65,10 @@ def device_lighting(made: LightingParts) -> Lighting:
     height, width, samples = made.height, made.width, made.samples
 
     def counts(of: DeviceBuffer | None) -> object:
-        return None if of is None else of.numpy().reshape(-1, height, width)
+        if of is None:
+            return None
+        rows = None if made.levels is None else made.levels() * height * width
+        return of.numpy(rows).reshape(-1, height, width)
 
     def visited() -> int:
         return 0 if made.visited is None else int(made.visited.numpy().sum(dtype=np.uint64))

@@ -2,57 +2,60 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
-from weakref import WeakKeyDictionary
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lab.engine.vulkan.hierarchy import HierarchyParts
-from lab.engine.vulkan.records import parts
+from lab.engine.vulkan.buffers import DeviceBuffer
 from lab.errors import LabError
-from lab.params import Params
-from lab.records import Hierarchy, Members
+from lab.records import Members
 
 if TYPE_CHECKING:
     from lab.engine.vulkan.device import Gpu
 
-Uniform = dict[str, Any]
+SLOT_BYTES = 12
+MOST_SLOTS = (2**32 - 1) // SLOT_BYTES
+"""What shaders can address."""
 
 
-class MemberTables:
-    """The lists of hierarchies, kept as long as these are.
+@dataclass(frozen=True)
+class MemberParts:
+    """The buffers of member lists.
 
-    A hierarchy that was built on the device brings none: its levels are read back then, and the core makes them.
+    Attributes:
+        list: 2u4, of each light of level 1 and up: its first slot, and how many it has.
+        slot: 3u4, as those of :class:`~lab.records.Members`, but list after list in any order.
+
     """
 
-    def __init__(self, gpu: Gpu) -> None:
-        self._gpu = gpu
-        self._kept: WeakKeyDictionary[HierarchyParts, Uniform] = WeakKeyDictionary()
-        self._none = self._upload(Members(np.zeros(1, np.int64), np.zeros((0, 3), np.uint32)))
+    list: DeviceBuffer
+    slot: DeviceBuffer
 
-    def uniform(self, hierarchy: Hierarchy, params: Params, *, drawn: bool) -> Uniform:
-        """The value of a shader's ``MemberBuffers``; empty lists where nothing is `drawn` from them."""
-        if not drawn:
-            return self._none
-        own = parts(hierarchy)
-        if not isinstance(own, HierarchyParts):
-            if hierarchy.members is None:
-                raise LabError("this hierarchy has no member lists: build it with shadow_points=members")
-            return self._upload(hierarchy.members)
-        if own not in self._kept:
-            self._kept[own] = self._upload(_made_by_core(hierarchy, params))
-        return self._kept[own]
+    @property
+    def uniform(self) -> dict[str, DeviceBuffer]:
+        """The value of a shader's ``MemberBuffers``."""
+        return {"list": self.list, "slot": self.slot}
 
-    def _upload(self, members: Members) -> Uniform:
-        if len(members.slot) >= 2**32:
-            raise LabError(f"the member lists have {len(members.slot):,} entries: the Vulkan engine takes 2^32")
-        return {
-            "offset": self._gpu.pool.upload(members.offset.astype(np.uint32), "member offsets"),
-            "slot": self._gpu.pool.upload(members.slot, "member slots"),
-        }
+    def numpy(self, rows: int) -> Members:
+        """The first `rows` lists, read back, with their slots in order."""
+        first, count = self.list.numpy(rows).astype(np.int64).T
+        offset = np.concatenate([np.zeros(1, np.int64), np.cumsum(count)])
+        slots = self.slot.numpy(int((first + count).max(initial=0)))
+        return Members(offset, slots[np.repeat(first - offset[:-1], count) + np.arange(offset[-1])])
 
 
-def _made_by_core(hierarchy: Hierarchy, params: Params) -> Members:
-    from lab import _core
+def upload_members(gpu: Gpu, members: Members) -> MemberParts:
+    """Member lists of the host, on the device.
 
-    return Members(**_core.build_members(hierarchy, params.to_core()))
+    Errors: :class:`LabError` for more slots than it can address.
+    """
+    if len(members.slot) > MOST_SLOTS:
+        raise LabError(f"the member lists have {len(members.slot):,} slots: the Vulkan engine takes {MOST_SLOTS:,}")
+    rows = np.stack([members.offset[:-1], np.diff(members.offset)], axis=1).astype(np.uint32)
+    return MemberParts(gpu.pool.upload(rows, "member lists"), gpu.pool.upload(members.slot, "member slots"))
+
+
+def no_members(gpu: Gpu) -> MemberParts:
+    """What is bound where nothing is drawn."""
+    return upload_members(gpu, Members(np.zeros(1, np.int64), np.zeros((0, 3), np.uint32)))

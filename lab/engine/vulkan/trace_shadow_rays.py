@@ -9,7 +9,7 @@ from lab.engine.dependencies import draws_members
 from lab.engine.vulkan.gbuffer import gbuffer_parts
 from lab.engine.vulkan.hierarchy import hierarchy_parts
 from lab.engine.vulkan.lighting import lighting_parts
-from lab.engine.vulkan.members import MemberTables
+from lab.engine.vulkan.members import MemberParts
 from lab.engine.vulkan.program import RayShaders
 from lab.engine.vulkan.scene import DeviceScene
 from lab.engine.vulkan.scene_lights import DeviceLights
@@ -29,12 +29,12 @@ _SHADERS = RayShaders("trace", ("miss",), (("surface", "", "hole"),), payload_by
 
 @dataclass(frozen=True)
 class LitScene:
-    """The scene as shadow rays see it: its geometry, its own lights, and what grid lights are made of."""
+    """The scene as shadow rays see it: its geometry and its own lights. `no_members`: bound where none are drawn."""
 
     gpu: Gpu
     geometry: DeviceScene
     lights: DeviceLights
-    members: MemberTables
+    no_members: MemberParts
     compensation: Compensation
 
 
@@ -43,10 +43,16 @@ def trace_shadow_rays(
 ) -> ShadowSamples:
     """Every sample of every pixel, and what they come to.
 
-    Errors: :class:`LabError` where `lighting` was made with another number of samples.
+    Errors: :class:`LabError` where `lighting` was made with another number of samples, or `hierarchy` has no lists to
+    draw from.
     """
     gpu = scene.gpu
-    view, levels, lit = gbuffer_parts(gpu, gbuffer), hierarchy_parts(gpu, hierarchy), lighting_parts(gpu, lighting)
+    drawn = draws_members(params)
+    view, lit = gbuffer_parts(gpu, gbuffer), lighting_parts(gpu, lighting)
+    levels = hierarchy_parts(gpu, hierarchy, members=drawn)
+    if drawn and levels.members is None:
+        raise LabError("this hierarchy has no member lists: build it with shadow_points=members and shadow_samples")
+    members = levels.members if drawn and levels.members else scene.no_members
     samples, channels = params.shadow_samples, 3 if params.shadow_estimator == "ratio_rgb" else 1
     if lit.samples != samples:
         raise LabError(f"shadow_samples={samples}: the lighting was made with {lit.samples}")
@@ -61,7 +67,6 @@ def trace_shadow_rays(
         "direct": pool.take(view.pixels, "4f4", "direct light"),
         "area": pool.take(view.pixels, "4f4", "area light"),
     }
-    members = scene.members.uniform(hierarchy, params, drawn=draws_members(params))
     program = gpu.ray_program("trace_shadow_rays", _SHADERS)
     with gpu.stage("trace_shadow_rays") as encoder:
         program.dispatch(
@@ -69,7 +74,7 @@ def trace_shadow_rays(
             [view.width, view.height, 1],
             scene=scene.geometry.uniform,
             lights=scene.lights.uniform,
-            tables={"info": levels.info, "lights": levels.lights, "members": members},
+            tables={"info": levels.info, "lights": levels.lights, "members": members.uniform},
             gbuffer={name: getattr(view, name) for name in ("position", "normal", "geometric_normal")},
             lighting={name: getattr(lit, name) for name in ("irradiance", "light", "target_weight")},
             shadows=planes,
