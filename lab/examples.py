@@ -15,6 +15,7 @@ Writes BASE.png (tone-mapped), BASE.exr (every layer, linear) and BASE.json (set
 HEATMAP_EXAMPLES = """examples:
   lab heatmap scenes/atrium/scene.toml -o out/atrium-heat
   lab heatmap sponza.glb -o out/heat --set first_level=1 vpls=10000
+  lab heatmap sponza.glb -o out/heat --engine vulkan --set lighting=raster   what the rasteriser makes of the cubes, too
 
 overdraw of a pixel = lights whose cube of half-edge 2 r_l contains its point. No shadows are traced and nothing is
 filtered: settings of those stages change nothing here.

@@ -1,4 +1,4 @@
-"""The overdraw picture: the total and one panel a level, each with a title, and colour bars with values."""
+"""The overdraw picture: totals and one panel a level, each with a title, and colour bars with values."""
 
 from __future__ import annotations
 
@@ -40,10 +40,10 @@ class Panel:
     counts: NDArray[np.uint32]
 
 
-def draw_heatmap(total: Panel, levels: Sequence[Panel], seen: NDArray[np.bool_]) -> NDArray[np.uint8]:
+def draw_heatmap(totals: Sequence[Panel], levels: Sequence[Panel], seen: NDArray[np.bool_]) -> NDArray[np.uint8]:
     """The picture, (h, w, 3) sRGB bytes. Pixels not `seen` (H, W) are grey.
 
-    The total has its own scale; all levels share one, so that they can be compared by eye. Scales run from 0 to the
+    The totals share a scale, and so do all levels, so that they can be compared by eye. Scales run from 0 to the
     greatest count.
     """
     height, width = seen.shape
@@ -54,15 +54,17 @@ def draw_heatmap(total: Panel, levels: Sequence[Panel], seen: NDArray[np.bool_])
     grid_height = rows * (small[1] + LINE + GAP) - GAP
 
     top = MARGIN
-    second = top + LINE + large[1] + 2 * GAP
+    second = top + len(totals) * (LINE + large[1] + 2 * GAP)
     page = (2 * MARGIN + WIDTH + GAP + BAR + LABEL, second + grid_height + MARGIN)
     canvas = Image.new("RGB", page, PAPER)
 
-    scale = _greatest([total], seen)
-    draw_panel(canvas, _coloured(total, seen, scale), (MARGIN, top), large)
-    draw_title(canvas, total.title, fitting_font([total.title], WIDTH), (MARGIN, top))
+    scale = _greatest(totals, seen)
     bar_x = MARGIN + WIDTH + GAP
-    _draw_bar(canvas, (bar_x, top + LINE, BAR, large[1]), scale)
+    for total in totals:
+        draw_panel(canvas, _coloured(total, seen, scale), (MARGIN, top), large)
+        draw_title(canvas, total.title, fitting_font([total.title], WIDTH), (MARGIN, top))
+        _draw_bar(canvas, (bar_x, top + LINE, BAR, large[1]), scale)
+        top += LINE + large[1] + 2 * GAP
 
     scale = _greatest(levels, seen)
     font = fitting_font([panel.title for panel in levels], small[0])

@@ -49,13 +49,18 @@ def frame_channels(frame: Frame) -> Channels:
 
 
 def count_channels(lighting: Lighting, first_level: int) -> Counts:
-    """``overdraw`` and ``lights_used`` as uint32 channels: ``.Y`` the total, ``.L1`` ... each level drawn."""
+    """``overdraw`` and ``lights_used`` as uint32 channels: ``.Y`` the total, ``.L1`` ... each level drawn.
+
+    ``fragments.Y`` comes with them where lights were rasterised.
+    """
     channels: Counts = {}
     for layer, counts in zip(("overdraw", "lights_used"), lighting.counts(), strict=True):
         drawn = range(min(first_level, len(counts) - 1), len(counts))
         channels[f"{layer}.Y"] = np.sum([counts[level] for level in drawn], axis=0, dtype=np.uint32)
         for level in drawn:
             channels[f"{layer}.L{level}"] = np.ascontiguousarray(counts[level], dtype=np.uint32)
+    if lighting.fragments is not None:
+        channels["fragments.Y"] = lighting.fragments
     return channels
 
 

@@ -142,6 +142,10 @@ class Params:
     )  # fmt: skip
 
     # --- lighting ---------------------------------------------------------------------------------
+    lighting: str = _choice(
+        "tiled", "tiles of pixels with culled lists of lights, or (paper; Vulkan only) one rasterised cube a light",
+        "tiled", "raster", section="LY19 3.2",
+    )  # fmt: skip
     lobe: str = _choice(
         "moments", "emission of a grid light: E[n] and E[n n^T], E[n] with its power kept, or (demo) bare E[n]",
         "moments", "mean_energy", "mean", section="LY19 3.2",
@@ -163,7 +167,6 @@ class Params:
     clamp_distance: float = _field(
         0.01, "c of the falloff", float, low=0, high=1e6, unit="scene radius", symbol="c", section="LY19 2.1"
     )
-
     compensation: str = _choice(
         "none", "light that the clamp of VPLs leaves out, brought back by short paths (Kollig & Keller 2004)",
         "none", "path", section="LY19 2.1",
@@ -183,6 +186,11 @@ class Params:
     picker: str = _choice(
         "reservoir", "weighted reservoir, or the smallest -ln(u)/f (same distribution, any order)",
         "reservoir", "race", section="LY19 3.3, appendix A",
+    )  # fmt: skip
+    reservoir_locks: str = _choice(
+        "atomic_race",
+        "raster: reservoirs that fragments update unguarded (paper) or locked, or picker=race by atomic minima",
+        "none", "locked", "atomic_race", section="LY19 4.1",
     )  # fmt: skip
     shadow_points: str = _choice(
         "members", "shadow rays end on an input light drawn from the grid light, or jittered around its centre",
@@ -223,23 +231,13 @@ class Params:
     )  # fmt: skip
     filter_backend: str = _choice("fused", "C++ kernel, or kornia on torch", "fused", "kornia", section="LY19 3.3")
     sigma_deviation: float = _field(
-        3.0,
-        "filter atrous_variance: tolerated difference of the shadow ratio",
-        float,
-        low=0,
-        open_low=True,
-        words=_OFF,
-        unit="its standard deviation",
-    )
+        3.0, "filter atrous_variance: tolerated difference of the shadow ratio", float, low=0, open_low=True,
+        words=_OFF, unit="its standard deviation",
+    )  # fmt: skip
     sigma_shadow: float = _field(
-        1.0,
-        "filters atrous, atrous_plane and bilateral: tolerated difference of the shadow ratio",
-        float,
-        low=0,
-        open_low=True,
-        words=_OFF,
-        symbol="s_c",
-    )
+        1.0, "filters atrous, atrous_plane and bilateral: tolerated difference of the shadow ratio", float, low=0,
+        open_low=True, words=_OFF, symbol="s_c",
+    )  # fmt: skip
     sigma_normal: float = _field(
         0.25, "filter: tolerated difference of unit normals", float, low=0, open_low=True, words=_OFF, symbol="s_n"
     )
@@ -291,11 +289,12 @@ GROUPS: dict[str, tuple[str, ...]] = {
     "Lights": ("vpls", "max_bounces"),
     "Hierarchy": ("bounds_scale", "levels", "construction", "gather_range", "carry_moments", "centre_weight"),
     "Lighting": (
-        "alpha", "first_level", "lobe", "receiver", "falloff", "clamp_distance", "compensation", "compensation_samples",
+        "lighting", "alpha", "first_level", "lobe", "receiver", "falloff", "clamp_distance", "compensation",
+        "compensation_samples",
     ),
     "Shadow samples": (
-        "shadow_samples", "first_shadow_level", "importance", "picker", "shadow_points", "deviation_scale",
-        "shadow_estimator", "omega_max", "member_candidates",
+        "shadow_samples", "first_shadow_level", "importance", "picker", "reservoir_locks", "shadow_points",
+        "deviation_scale", "shadow_estimator", "omega_max", "member_candidates",
     ),
     "Interleaving": ("interleave", "deal_all"),
     "Filter": (
@@ -310,6 +309,7 @@ _PAPER: dict[str, Value] = {
     "first_level": 1,
     "filter": "atrous",
     "first_shadow_level": 2,
+    "reservoir_locks": "none",
     "shadow_points": "jitter",
     "shadow_estimator": "average",
     "deal_all": True,

@@ -217,7 +217,9 @@ class Lighting:
         lights_used: (L, H, W) uint32, lights with a non-zero contribution. None where not counted.
         light: (H, W, k) int32 merged index of each pick, -1 for none.
         target_weight: (H, W, k) f of each pick.    weight_sum: (H, W) F, the sum picked from.
-        visited: pairs of pixel and light that were evaluated, those of idle lanes included.
+        visited: pairs of pixel and light that were evaluated, those of idle lanes included; 0 where not counted.
+        fragments: (H, W) uint32, what the rasteriser made of the lights' cubes. None where nothing was rasterised, or
+            not counted.
     """
 
     irradiance: Floats
@@ -227,6 +229,7 @@ class Lighting:
     target_weight: Floats
     weight_sum: Floats
     visited: int = 0
+    fragments: NDArray[np.uint32] | None = None
 
     def counts(self) -> tuple[NDArray[np.uint32], NDArray[np.uint32]]:
         """`overdraw` and `lights_used`, which must have been counted."""

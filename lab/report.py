@@ -85,13 +85,15 @@ def level_records(hierarchy: Hierarchy, lighting: Lighting, seen: NDArray[np.boo
 
 def add_maxima(record: Record, channels: Mapping[str, NDArray[Any]], seen: NDArray[np.bool_]) -> None:
     """Adds each level's greatest counts, and mean and greatest of the totals, over the pixels `seen` (H, W)."""
-    for layer in ("overdraw", "lights_used"):
+    for layer in ("overdraw", "lights_used", "fragments"):
+        if f"{layer}.Y" not in channels:
+            continue
         total = channels[f"{layer}.Y"][seen]
         record["counts"][layer] = {
             "mean": float(total.mean()) if len(total) else 0.0,
             "max": int(total.max(initial=0)),
         }
-        for row in record["counts"]["levels"]:
+        for row in record["counts"]["levels"] if layer != "fragments" else ():
             counts = channels.get(f"{layer}.L{row['level']}")
             row[f"{layer}_max"] = 0 if counts is None else int(counts[seen].max(initial=0))
 

@@ -149,6 +149,8 @@ UNRELATED = {
     "max_bounces": "the truth has the same bounces",
     "clamp_distance": "belongs to clamp, and is its exact value where lights are a list",
     "picker": "both pick by one distribution",
+    "lighting": "both add up the same light",
+    "reservoir_locks": "of lighting=raster; what no lock costs depends on the graphics card (race_laboratory)",
     "member_candidates": "one mean with more or less noise, which is that of samples",
     "deviation_scale": "belongs to shadow_points",
     "filter_backend": "both give one result",
@@ -167,7 +169,8 @@ UNRELATED = {
 def ideal(params: Params) -> Params:
     """`params` with its hierarchy and nothing else approximated: the state that single terms are added to."""
     exact = {name: value for term in TERMS for name, value in term.exact.items()}
-    return params.replace(**{**exact, "compensation": "none"})
+    # Here the processor adds up the light, in tiles.
+    return params.replace(**{**exact, "compensation": "none", "lighting": "tiled", "reservoir_locks": "atomic_race"})
 
 
 def applicable(term: Term, *, light_list: bool) -> Term | None:

@@ -47,7 +47,14 @@ def run(args: argparse.Namespace) -> None:
             f"{loaded.scene.name}: overdraw, {sum(row['grid_lights'] for row in rows):,} lights on {len(rows)} levels, "
             f"alpha {params.alpha:g}: mean {total['mean']:.4g}, max {total['max']:,} lights a pixel"
         )
-        pixels = draw_heatmap(Panel(title, channels["overdraw.Y"]), panels, seen)
+        totals = [Panel(title, channels["overdraw.Y"])]
+        if "fragments" in record["counts"]:
+            made = record["counts"]["fragments"]
+            said = (
+                f"fragments that the rasteriser made of the cubes: mean {made['mean']:.4g}, max {made['max']:,} a pixel"
+            )
+            totals.append(Panel(said, channels["fragments.Y"]))
+        pixels = draw_heatmap(totals, panels, seen)
         png, exr, json_file = paths
         write_all(
             {

@@ -7,7 +7,7 @@ import math
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from lab.engine.engine import check_device
+from lab.engine.engine import check_device, check_lighting
 from lab.errors import LabError, nearest
 from lab.params import PRESETS, Params, parse_assignments, preset
 from lab.report import Record, read_record
@@ -60,9 +60,11 @@ def read_request(args: argparse.Namespace, engines: tuple[str, ...] = ("cpu",)) 
     check_device(engine, device)
     if engine not in engines:
         raise LabError(f"--engine {engine}: lab {args.command} works with --engine {' or '.join(engines)} alone")
+    params = _params(args, record, preset_name)
+    check_lighting(engine, params)
     return Request(
         scene=args.scene or _recorded_scene(str(path), old_scene),
-        params=_params(args, record, preset_name),
+        params=params,
         preset=preset_name,
         size=_size(getattr(args, "size", None), old_scene.get("size")),
         engine=engine,

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from lab import _core
 from lab.engine.clock import HostClock
 from lab.engine.dependencies import draws_members
+from lab.engine.engine import check_lighting
 from lab.engine.simd import use_simd_of_environment
 from lab.errors import LabError
 from lab.params import Params
@@ -124,6 +125,7 @@ class CpuEngine:
 
     def light(self, hierarchy: Hierarchy, gbuffer: GBuffer, params: Params, counts: bool = True) -> Lighting:
         """LY19 3.2, 3.3: groups of pixels, each with its own culled list of lights."""
+        check_lighting("cpu", params)
         return Lighting(**_core.light(hierarchy, gbuffer, params.to_core(), self.scene_radius, counts))
 
     def trace_shadow_rays(

@@ -15,7 +15,17 @@ STAGE_SETTINGS: dict[str, tuple[str, ...]] = {
     "trace_vpls": ("vpls", "max_bounces", "seed"),
     "build_hierarchy": (*LEVEL_SETTINGS, "shadow_samples", "shadow_points"),
     "render_gbuffer": (),
-    "light": (*_TERM, "shadow_samples", "first_shadow_level", "importance", "picker", "seed", "frame"),
+    "light": (
+        *_TERM,
+        "lighting",
+        "shadow_samples",
+        "first_shadow_level",
+        "importance",
+        "picker",
+        "reservoir_locks",
+        "seed",
+        "frame",
+    ),
     "trace_shadow_rays": (
         *_TERM,
         "shadow_samples",

@@ -79,6 +79,20 @@ def create_engine(name: str, scene: Scene, *, device: str = "") -> Engine:
     return VulkanEngine(scene, open_gpu(device))
 
 
+def check_lighting(engine: str, params: Params) -> None:
+    """Raises :class:`LabError` where the engine called `engine` does not light as `params` say."""
+    if engine == "cpu" and params.lighting == "raster":
+        raise LabError(
+            "lighting=raster: engine cpu has no rasteriser; leave lighting at tiled, or choose engine vulkan "
+            "(--engine vulkan)"
+        )
+    if params.lighting == "raster" and params.picker == "race" and params.reservoir_locks != "atomic_race":
+        raise LabError(
+            f"picker=race, reservoir_locks={params.reservoir_locks}: with lighting=raster a race needs no lock, and "
+            "is reservoir_locks=atomic_race; for reservoirs choose picker=reservoir"
+        )
+
+
 def check_device(engine: str, device: str) -> None:
     """Raises :class:`LabError` for an engine that there is not, and for a device that an engine does not take."""
     if engine not in ENGINES:

@@ -16,6 +16,8 @@ from lab.scene.scene import Camera
 
 T = TypeVar("T")
 
+_COUNTS = "overdraw", "lights_used", "fragments"
+
 
 @dataclass(frozen=True)
 class Made:
@@ -75,8 +77,10 @@ class KeptStages:
 
         made = self._take("light", values, (hierarchy, gbuffer), make)
         if not counts:
-            return made if made.overdraw is None else dataclasses.replace(made, overdraw=None, lights_used=None)
-        return made if made.overdraw is not None else self._completed("light", make, ("overdraw", "lights_used"))
+            if made.overdraw is None:
+                return made
+            return dataclasses.replace(made, overdraw=None, lights_used=None, fragments=None)
+        return made if made.overdraw is not None else self._completed("light", make, _COUNTS)
 
     def trace_shadow_rays(
         self, hierarchy: Hierarchy, gbuffer: GBuffer, lighting: Lighting, params: Params

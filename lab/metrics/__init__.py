@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from lab.metrics.chi_square import ChiSquare, chi_square
+from lab.metrics.chi_square import ChiSquare, chi_square, pooled
 from lab.metrics.error import energy_ratio, floor_of, mse, rel_mse, rel_mse_noise, relative_error, rmse
 from lab.metrics.hdr_flip import PIXELS_PER_DEGREE, flip, flip_exposures
 from lab.metrics.seeds import BiasVariance, Moments, bias_variance, moments, temporal
@@ -22,6 +22,7 @@ __all__ = [
     "floor_of",
     "moments",
     "mse",
+    "pooled",
     "rel_mse",
     "rel_mse_noise",
     "relative_error",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -58,3 +59,14 @@ def chi_square(counts: ArrayLike, probability: ArrayLike) -> ChiSquare:
     wanted = np.add.reduceat(expected, firsts)
     statistic = float(((np.add.reduceat(seen[order], firsts) - wanted) ** 2 / wanted).sum())
     return ChiSquare(statistic, len(firsts) - 1, float(chdtrc(len(firsts) - 1, statistic)))
+
+
+def pooled(tests: Iterable[ChiSquare]) -> ChiSquare:
+    """Many independent tests as one: statistics and freedoms add up."""
+    from scipy.special import chdtrc
+
+    found = list(tests)
+    statistic, freedom = sum(test.statistic for test in found), sum(test.freedom for test in found)
+    if np.isinf(statistic):
+        return ChiSquare(statistic, freedom, 0.0)
+    return ChiSquare(statistic, freedom, float(chdtrc(freedom, statistic)) if freedom else 1.0)

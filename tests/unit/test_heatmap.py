@@ -14,7 +14,7 @@ def picture(width: int, height: int, levels: int) -> tuple[np.ndarray, list[np.n
     counts = [rng.integers(0, 40, (height, width)).astype(np.uint32) for _ in range(levels)]
     seen = np.ones((height, width), bool)
     panels = [Panel(f"level {i}: 12,345 lights, mean 1.23, max 39", values) for i, values in enumerate(counts)]
-    return draw_heatmap(Panel("total", sum(counts)), panels, seen), counts
+    return draw_heatmap([Panel("total", sum(counts))], panels, seen), counts
 
 
 @pytest.mark.parametrize("size", [(32, 18), (1, 1), (7, 300), (2000, 3), (1280, 720)])
@@ -35,10 +35,18 @@ def test_the_total_is_drawn_at_its_place_in_its_colours() -> None:
     np.testing.assert_array_equal(centres, expected)
 
 
+def test_totals_share_a_scale() -> None:
+    few, many = np.full((9, 16), 5, np.uint32), np.full((9, 16), 10, np.uint32)
+    pixels = draw_heatmap([Panel("", few), Panel("", many)], [Panel("", few)], np.ones((9, 16), bool))
+    middle = 24 + 26 + 540 // 2
+    np.testing.assert_array_equal(pixels[middle, 24 + WIDTH // 2], HEAT[128])
+    np.testing.assert_array_equal(pixels[middle + 26 + 540 + 2 * 14, 24 + WIDTH // 2], HEAT[255])
+
+
 def test_what_is_not_seen_is_grey() -> None:
     counts = np.full((9, 16), 5, np.uint32)
     seen = np.zeros((9, 16), bool)
-    pixels = draw_heatmap(Panel("", counts), [Panel("", counts)], seen)
+    pixels = draw_heatmap([Panel("", counts)], [Panel("", counts)], seen)
     inside = pixels[24 + 26 : 24 + 26 + 540, 24 : 24 + WIDTH]
     assert (inside == inside[0, 0]).all() and np.ptp(inside[0, 0].astype(int)) < 8
 

@@ -7,7 +7,7 @@ import pytest
 from scipy import stats
 
 from lab.errors import LabError
-from lab.metrics import chi_square
+from lab.metrics import chi_square, pooled
 
 
 def test_large_bins_are_scipys() -> None:
@@ -48,3 +48,17 @@ def test_what_cannot_be() -> None:
     for counts, probability in (([1, 2], [1.0]), ([-1, 2], [1, 1]), ([1, 2], [1, np.nan]), ([[1]], [[1]])):
         with pytest.raises(LabError, match="chi_square"):
             chi_square(counts, probability)
+
+
+def test_many_tests_as_one() -> None:
+    """None of them fails, all together do."""
+    probability = np.array([0.2, 0.3, 0.5])
+    rng = np.random.default_rng(4)
+    right = [chi_square(rng.multinomial(200, probability), probability) for _ in range(100)]
+    off = [chi_square(rng.multinomial(200, [0.22, 0.32, 0.46]), probability) for _ in range(100)]
+    assert pooled(right).p_value > 0.01 and pooled(off).p_value < 1e-4 < min(test.p_value for test in off)
+    assert pooled(right).freedom == 200
+    assert pooled(right).statistic == pytest.approx(sum(test.statistic for test in right))
+    assert pooled(right).p_value == pytest.approx(stats.chi2.sf(pooled(right).statistic, 200))
+    assert pooled([]) == (0.0, 0, 1.0)
+    assert pooled([right[0], chi_square([5, 1], [1.0, 0.0])]).p_value == 0

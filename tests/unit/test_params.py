@@ -28,7 +28,8 @@ DEFAULTS = {
     "first_shadow_level": 0, "importance": True, "picker": "reservoir", "shadow_points": "members",
     "deviation_scale": 0.5, "shadow_estimator": "ratio", "omega_max": 8, "member_candidates": 3, "interleave": 1,
     "filter": "atrous_variance", "filter_backend": "fused", "direct_samples": 4, "seed": 0, "frame": 0,
-    "compensation": "none", "compensation_samples": 4, "deal_all": False,
+    "compensation": "none", "compensation_samples": 4, "deal_all": False, "lighting": "tiled",
+    "reservoir_locks": "atomic_race",
 }  # fmt: skip
 
 
@@ -129,8 +130,8 @@ def test_settings_survive_json(name):
 
 
 PAPER = {
-    "lobe": "mean", "first_level": 1, "first_shadow_level": 2, "shadow_points": "jitter", "shadow_estimator": "average",
-    "deal_all": True, "filter": "atrous",
+    "lobe": "mean", "first_level": 1, "first_shadow_level": 2, "reservoir_locks": "none", "shadow_points": "jitter",
+    "shadow_estimator": "average", "deal_all": True, "filter": "atrous",
 }  # fmt: skip
 DEMO = PAPER | {
     "bounds_scale": 1.1, "levels": "demo", "gather_range": "half_open", "carry_moments": False,

@@ -7,7 +7,6 @@ import os
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cache
-from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -53,16 +52,15 @@ SCENES = _scenes()
 
 def _ways_to_light() -> list[dict[str, Any]]:
     """Every lighting mode with all that belongs to it alone."""
-    names = [name for name in ("lighting", "reservoir_locks") if name in SETTINGS]
-    ways = [dict(zip(names, choices, strict=True)) for choices in product(*(SETTINGS[name].choices for name in names))]
-    first = SETTINGS["reservoir_locks"].choices[0] if "reservoir_locks" in SETTINGS else None
-    return [way for way in ways if way.get("lighting") == "raster" or way.get("reservoir_locks") == first]
+    tiled = [{"lighting": "tiled", "picker": picker} for picker in SETTINGS["picker"].choices]
+    locks = SETTINGS["reservoir_locks"].choices
+    return tiled + [{"lighting": "raster", "picker": "reservoir", "reservoir_locks": lock} for lock in locks]
 
 
 def _cases() -> dict[str, Case]:
     cases = [Case(scene) for scene in SCENES]
     for way in _ways_to_light():
-        cases += [Case("gallery", {**way, "interleave": n, "picker": p}) for n in (1, 4) for p in ("reservoir", "race")]
+        cases += [Case("gallery", {**way, "interleave": n}) for n in (1, 4)]
     for name in ("construction", "shadow_estimator", "filter"):
         cases += [Case("gallery", {name: choice}) for choice in SETTINGS[name].choices]
     cases += [
@@ -74,6 +72,9 @@ def _cases() -> dict[str, Case]:
         Case("gallery", {"vpls": 1}),
         Case("gallery", {"levels": 10}),
         Case("gallery", {"interleave": 8}, (1, 1)),
+        Case("gallery", {"lighting": "raster", "interleave": 8}, (1, 1)),
+        Case("lamps", {"lighting": "raster", "first_shadow_level": 2, "shadow_samples": 9}),
+        Case("gallery", {"lighting": "raster", "shadow_samples": 0}),
     ]
     return {_title(case): case for case in cases}
 

@@ -12,7 +12,7 @@ from lab.caches import cache_root
 from lab.engine.vulkan.adapters import Adapter, choose_adapter, import_slangpy, list_adapters, open_device
 from lab.engine.vulkan.buffers import BufferPool
 from lab.engine.vulkan.driver import Driver, driver_of
-from lab.engine.vulkan.program import SHADERS, ComputeProgram, RayProgram, RayShaders
+from lab.engine.vulkan.program import SHADERS, ComputeProgram, RasterProgram, RasterShaders, RayProgram, RayShaders
 from lab.engine.vulkan.timing import Clock, Span
 
 if TYPE_CHECKING:
@@ -42,6 +42,7 @@ class Gpu:
         self._collected: list[Span] | None = None
         self._compute: dict[object, ComputeProgram] = {}
         self._rays: dict[object, RayProgram] = {}
+        self._rasters: dict[object, RasterProgram] = {}
 
     def program(self, module: str, entry: str, constants: Mapping[str, int] | None = None) -> ComputeProgram:
         """The compute shader `entry` of ``shaders/passes/<module>.slang``; made once.
@@ -59,6 +60,15 @@ class Gpu:
         if key not in self._rays:
             self._rays[key] = RayProgram(self.device, f"passes/{module}", shaders, constants or {})
         return self._rays[key]
+
+    def raster_program(
+        self, module: str, shaders: RasterShaders, constants: Mapping[str, int] | None = None
+    ) -> RasterProgram:
+        """The raster pipeline of ``shaders/passes/<module>.slang``; made once."""
+        key = module, shaders, tuple(sorted((constants or {}).items()))
+        if key not in self._rasters:
+            self._rasters[key] = RasterProgram(self.device, f"passes/{module}", shaders, constants or {})
+        return self._rasters[key]
 
     @contextmanager
     def stage(self, name: str) -> Iterator[spy.CommandEncoder]:
@@ -89,6 +99,7 @@ class Gpu:
         """Gives the device back; nothing of it may be used from then on."""
         self._compute.clear()
         self._rays.clear()
+        self._rasters.clear()
         self.spans.clear()
         self.pool.close()
         self.device.close()

@@ -7,6 +7,7 @@ from lab.engine.vulkan.composite import composite
 from lab.engine.vulkan.device import Gpu
 from lab.engine.vulkan.filter_shadows import filter_shadows
 from lab.engine.vulkan.light import light
+from lab.engine.vulkan.light_raster import RasterLighter
 from lab.engine.vulkan.members import no_members
 from lab.engine.vulkan.render_gbuffer import render_gbuffer
 from lab.engine.vulkan.scene import DeviceScene
@@ -45,6 +46,7 @@ class VulkanEngine:
             no_members(self.gpu),
             Compensation(self.gpu, self.device_scene, self.device_lights),
         )
+        self._raster = RasterLighter(self.gpu)
         self._vpls = VplTracer(self.gpu, self.device_scene, self.device_lights)
 
     def clock(self) -> DeviceClock:
@@ -75,7 +77,9 @@ class VulkanEngine:
         return render_gbuffer(self.gpu, self.device_scene, camera, size)
 
     def light(self, hierarchy: Hierarchy, gbuffer: GBuffer, params: Params, counts: bool = True) -> Lighting:
-        """LY19 3.2, 3.3: tiles of pixels, each with its own culled lists of lights."""
+        """LY19 3.2, 3.3: tiles of pixels, each with its own culled lists of lights; or the paper's rasterised cubes."""
+        if params.lighting == "raster":
+            return self._raster.light(hierarchy, gbuffer, params, self.scene_radius, counts=counts)
         return light(self.gpu, hierarchy, gbuffer, params, self.scene_radius, counts=counts)
 
     def trace_shadow_rays(

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -24,6 +24,8 @@ class GBufferParts:
         width, height: pixels.    pixel_angle: see :class:`~lab.records.GBuffer`.
         position: x y z, and the depth (0: nothing is hit).
         normal, geometric_normal, albedo, emission: three numbers; the fourth is unused.
+        camera: the value of a shader's ``CameraRays``, and `reach`, which no point is farther from the eye than; None
+            and 0 where only points are known.
 
     """
 
@@ -35,6 +37,8 @@ class GBufferParts:
     geometric_normal: DeviceBuffer
     albedo: DeviceBuffer
     emission: DeviceBuffer
+    camera: Mapping[str, Any] | None = None
+    reach: float = 0.0
 
     @property
     def pixels(self) -> int:

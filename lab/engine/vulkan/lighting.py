@@ -27,7 +27,8 @@ class LightingParts:
         light: i4, `samples` a pixel: merged index of each pick, -1 for none.    target_weight: f4, as many.
         overdraw, lights_used: u4, level after level; None where not counted.
         levels: reads back how many levels these have, if there is room for more.
-        visited: u4, pairs of pixel and light that each tile evaluated; None where nobody can know.
+        fragments: u4, that were rasterised; None where not counted.
+        visited: u4, pairs of pixel and light that each tile evaluated; None where there are no tiles.
 
     """
 
@@ -39,6 +40,7 @@ class LightingParts:
     target_weight: DeviceBuffer
     overdraw: DeviceBuffer | None = None
     lights_used: DeviceBuffer | None = None
+    fragments: DeviceBuffer | None = None
     visited: DeviceBuffer | None = None
     levels: Callable[[], int] | None = None
 
@@ -70,8 +72,12 @@ def device_lighting(made: LightingParts) -> Lighting:
         rows = None if made.levels is None else made.levels() * height * width
         return of.numpy(rows).reshape(-1, height, width)
 
+    def fragments() -> object:
+        return None if made.fragments is None else made.fragments.numpy().reshape(height, width)
+
     def visited() -> int:
-        return 0 if made.visited is None else int(made.visited.numpy().sum(dtype=np.uint64))
+        evaluated = made.fragments if made.visited is None else made.visited
+        return 0 if evaluated is None else int(evaluated.numpy().sum(dtype=np.uint64))
 
     return device_record(
         Lighting,
@@ -84,5 +90,6 @@ def device_lighting(made: LightingParts) -> Lighting:
             "target_weight": plane_of(made.target_weight, height, width, samples),
             "weight_sum": lambda: np.ascontiguousarray(made.irradiance.numpy()[:, 3].reshape(height, width)),
             "visited": visited,
+            "fragments": fragments,
         },
     )

@@ -1,7 +1,8 @@
-"""Programs of the device: compute shaders and ray tracing pipelines, with checked parameters.
+"""Programs of the device: compute shaders, ray tracing and raster pipelines, with checked parameters.
 
-A barrier follows each dispatch. slangpy sets barriers by itself, but those between a shader that writes a buffer and
-one that only reads it, either way round, are made for fragment shaders: compute and ray shaders do not wait for them.
+A barrier follows each dispatch, and must follow each render pass. slangpy sets barriers by itself, but those between a
+shader that writes a buffer and one that only reads it, either way round, are made for fragment shaders: compute and ray
+shaders do not wait for them.
 """
 
 from __future__ import annotations
@@ -127,6 +128,93 @@ class RayProgram:
             work.bind_pipeline(self._pipeline, self._table, self._bindings.root)
             work.dispatch_rays(0, list(rays))
         encoder.global_barrier()
+
+
+@dataclass(frozen=True)
+class RasterShaders:
+    """The entry points of a raster pipeline, and what it does with their results.
+
+    Attributes:
+        vertex, fragment: entry points. All triangles are drawn, or, in a `strip`, those whose clockwise side is seen.
+        adds_to: formats of the colour targets (names of ``slangpy.Format``), which fragments are added to.
+        writes_depth: into a depth target, whatever it holds; else what is farther than it holds is not drawn.
+
+    """
+
+    vertex: str
+    fragment: str
+    strip: bool = False
+    adds_to: tuple[str, ...] = ()
+    writes_depth: bool = False
+
+
+class RasterProgram:
+    """A raster pipeline over float depth, 1 at the eye. Parameters are the module's globals."""
+
+    def __init__(self, device: spy.Device, module: str, shaders: RasterShaders, constants: Mapping[str, int]) -> None:
+        """Compiles and links `module`; `constants`: see :meth:`lab.engine.vulkan.device.Gpu.program`."""
+        spy = import_slangpy()
+        self.title = f"{module}.slang, {shaders.fragment}"
+        linked = _link(device, module, [shaders.vertex, shaders.fragment], constants)
+        strips, one = spy.PrimitiveTopology.triangle_strip, spy.BlendFactor.one
+        add = {"src_factor": one, "dst_factor": one, "op": spy.BlendOp.add}
+        compare = spy.ComparisonFunc.always if shaders.writes_depth else spy.ComparisonFunc.less_equal
+        self._pipeline = device.create_render_pipeline(
+            linked,
+            input_layout=None,
+            primitive_topology=strips if shaders.strip else spy.PrimitiveTopology.triangle_list,
+            targets=[
+                {"format": getattr(spy.Format, name), "enable_blend": True, "color": add, "alpha": add}
+                for name in shaders.adds_to
+            ],
+            depth_stencil={
+                "format": spy.Format.d32_float,
+                "depth_test_enable": True,
+                "depth_write_enable": shaders.writes_depth,
+                "depth_func": compare,
+            },
+            rasterizer={
+                "cull_mode": spy.CullMode.front if shaders.strip else spy.CullMode.none,
+                "front_face": spy.FrontFaceMode.counter_clockwise,
+                # Near the eye depth stays at 1: a face that the eye all but touches is drawn, too.
+                "depth_clip_enable": False,
+                "scissor_enable": True,
+            },
+            label=self.title,
+        )
+        self._bindings = Bindings(device, linked, self.title)
+
+    @property
+    def names(self) -> list[str]:
+        """Its parameters."""
+        return self._bindings.names
+
+    def draw(
+        self,
+        work: spy.RenderPassEncoder,
+        area: tuple[int, int, int, int],
+        count: int | DeviceBuffer,
+        /,
+        **values: Any,
+    ) -> None:
+        """Records a draw into x, y, width, height of the targets; `values` binds every parameter by name.
+
+        `count`: vertices, or a buffer whose first row (4u4) has what a draw takes, as the device finds it then.
+        """
+        spy = import_slangpy()
+        self._bindings.set(values)
+        x, y, width, height = area
+        work.bind_pipeline(self._pipeline, self._bindings.root)
+        work.set_render_state(
+            {
+                "viewports": [spy.Viewport({"x": x, "y": y, "width": width, "height": height})],
+                "scissor_rects": [spy.ScissorRect({"min_x": x, "min_y": y, "max_x": x + width, "max_y": y + height})],
+            }
+        )
+        if isinstance(count, DeviceBuffer):
+            work.draw_indirect(1, spy.BufferOffsetPair(count.raw, 0))
+        else:
+            work.draw({"vertex_count": count})
 
 
 def _link(device: spy.Device, module: str, entries: list[str], constants: Mapping[str, int]) -> spy.ShaderProgram:

@@ -28,7 +28,8 @@ def render_gbuffer(gpu: Gpu, scene: DeviceScene, camera: Camera, size: tuple[int
     program = gpu.ray_program("render_gbuffer", _SHADERS)
     with gpu.stage("render_gbuffer") as encoder:
         program.dispatch(encoder, [width, height, 1], scene=scene.uniform, camera=rays, gbuffer=planes)
-    return device_gbuffer(GBufferParts(width, height, rays["step"], **planes))
+    reach = float(np.linalg.norm(np.subtract(rays["eye"], scene.centre))) + scene.radius
+    return device_gbuffer(GBufferParts(width, height, rays["step"], **planes, camera=rays, reach=reach))
 
 
 def camera_uniform(camera: Camera, size: tuple[int, int]) -> dict[str, Any]:
