@@ -1,6 +1,6 @@
 # Each target does its own set-up; `make` alone lists them.
 .DEFAULT_GOAL := help
-.PHONY: help setup render inspect bench test mutants software-vulkan format lint clean
+.PHONY: help setup render inspect bench test mutants software-vulkan validate-vulkan format lint clean
 
 BIN := .venv/bin
 
@@ -40,6 +40,9 @@ lint: ## only the checks: ruff, mypy, clang-format, repository rules
 
 software-vulkan: ## install a Vulkan driver that needs no graphics card (Debian 12)
 	@bash .house/software_vulkan.sh
+
+validate-vulkan: ## render frames under Vulkan's validation layers, in a Debian 13 where these are too old (as root)
+	@bash .house/validate_vulkan.sh $(ARGUMENTS)
 
 clean: ## remove what was built, rendered and installed
 	rm -rf .venv build out .lab-evidence .pytest_cache .mypy_cache .ruff_cache .hypothesis

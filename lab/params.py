@@ -121,7 +121,7 @@ class Params:
         1.0, "top cell over the longest edge of the lights' bounding box", float, low=1, high=2, section="LY19 3.1"
     )
     levels: int | str = _field(
-        "auto", "grid levels; auto: as many as keep |S1| under half of the lights; demo: smallest H with 8^H > 10 N",
+        "auto", "grid levels, Vulkan 10 at most; auto: while |S1| is under half of the lights; demo: while 8^H <= 10 N",
         int, low=1, high=12, words={"auto": 0, "demo": -1}, symbol="l_max", section="LY19 3.1, 4.3",
     )  # fmt: skip
     construction: str = _choice(

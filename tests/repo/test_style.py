@@ -36,7 +36,9 @@ def test_clang_format() -> None:
     check("clang-format", "--dry-run", "-Werror", *map(str, sources(".cpp", ".h", under="core_cpp")))
 
 
-@pytest.mark.parametrize("script", [".house/setup.sh", ".house/software_vulkan.sh", ".ci/run"])
+@pytest.mark.parametrize(
+    "script", [".house/setup.sh", ".house/software_vulkan.sh", ".house/validate_vulkan.sh", ".ci/run"]
+)
 def test_shell_scripts_parse(script: str) -> None:
     done = subprocess.run(["bash", "-n", script], cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -9,14 +10,18 @@ import pytest
 
 import lab
 from lab import _core
+from lab.engine.vulkan import build_hierarchy as building
 from lab.engine.vulkan.build_hierarchy import HierarchyBuild, build_hierarchy
 from lab.engine.vulkan.hierarchy import device_hierarchy, hierarchy_parts
 from lab.engine.vulkan.hierarchy_sizes import COLUMNS, MOST_LEVELS, hierarchy_sizes
 from lab.engine.vulkan.layouts import INPUT_LIGHT
 from lab.engine.vulkan.lights import LightsParts, device_lights
 from lab.engine.vulkan.sort import sort_keys
+from lab.frame import render_frame
 from lab.params import Params
 from lab.records import Hierarchy, Lights
+
+from .vulkan_scenes import engines
 
 EXACT = ("offset", "origin", "cell_size", "vertex", "oriented", "input_index")
 
@@ -153,6 +158,31 @@ def test_passes_of_more_threads_than_a_dispatch_may_have(gpu: Any, construction:
         made.record(encoder)
     assert 8 * len(lights) > 2 * 256
     assert_same(device_hierarchy(made.parts), lab.build_hierarchy(lights, params))
+
+
+def test_there_is_room_for_a_level_of_more_lights_than_the_finer_one(gpu: Any) -> None:
+    """A light of S1 lies between the lights around it, maybe in a cell that has none."""
+    apart = Lights(np.random.default_rng(1).random((300, 3)), np.ones((300, 3)))
+    got, want = both(gpu, apart, levels=MOST_LEVELS, bounds_scale=1.3)
+    counts = np.diff(want.offset)
+    assert counts[2] > counts[1] == 8 * 300
+    assert_same(got, want)
+
+
+@pytest.mark.parametrize("room", [10, 900])
+def test_lights_without_room_are_told_before_a_picture_is_seen(
+    gpu: Any, monkeypatch: pytest.MonkeyPatch, room: int
+) -> None:
+    """Rather than a picture without them; nothing is written or read beyond the rows that there are."""
+    engine = engines(gpu, "cornell")[0]
+    params, camera = Params(vpls=1000, levels=5), engine.scene.cameras[0]
+    sizes = hierarchy_sizes(1000, params)
+    monkeypatch.setattr(building, "hierarchy_sizes", lambda *_: replace(sizes, capacity=1000 + room))
+    frame = render_frame(engine, camera, (16, 9), params, counts=False)
+    with pytest.raises(lab.LabError, match=f"more than the {1000 + room} lights .*fewer levels, or --engine cpu"):
+        _ = frame.image.colour
+    (info,) = hierarchy_parts(gpu, frame.hierarchy).info.numpy()
+    assert info["offset"].max() <= 1000 + room
 
 
 def test_what_the_device_has_no_room_for_is_refused() -> None:

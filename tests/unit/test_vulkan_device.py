@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import builtins
+import importlib.util
 import json
+import os
+import subprocess
+import sys
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -58,6 +62,27 @@ def test_no_device_at_all_names_the_software_driver() -> None:
 
 
 @pytest.mark.parametrize(
+    ("name", "driver"),
+    [("VK_DRIVER_FILES", "none at all"), ("VK_ICD_FILENAMES", "not JSON"), ("VK_DRIVER_FILES", "no driver")],
+)
+def test_a_driver_that_can_t_be_loaded_is_no_device(gpu: Any, tmp_path: Path, name: str, driver: str) -> None:
+    """The loader looks once in a process, so this needs one of its own."""
+    described = tmp_path / "icd.json"
+    if driver == "not JSON":
+        described.write_text('{"file_format_version": "1.0.0", "ICD": {"library_')
+    if driver == "no driver":
+        library = {"library_path": importlib.util.find_spec("math").origin, "api_version": "1.3.0"}
+        described.write_text(json.dumps({"file_format_version": "1.0.0", "ICD": library}))
+    others = {key: value for key, value in os.environ.items() if key not in looking.DRIVERS}
+    done = subprocess.run(
+        [sys.executable, "-c", "from lab.engine.vulkan.adapters import *; choose_adapter(list_adapters(), '')"],
+        env=others | {name: str(described)}, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 1
+    assert f"LabError: no Vulkan device was found ({name}={described}: only that driver" in done.stderr
+
+
+@pytest.mark.parametrize(
     ("error", "message"),
     [
         (ModuleNotFoundError("No module named 'slangpy'", name="slangpy"), "make setup EXTRA=vulkan"),
@@ -78,6 +103,13 @@ def test_a_library_that_can_t_be_loaded_says_what_to_install(
     monkeypatch.setattr(builtins, "__import__", failing)
     with pytest.raises(LabError, match=message):
         import_slangpy()
+
+
+def test_torch_is_not_loaded_with_it(gpu: Any) -> None:
+    """That takes seconds, of every command; it can be imported afterwards as if nothing had been."""
+    script = "import sys, lab.engine.vulkan.adapters as a; a.import_slangpy(); print('torch' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
+    assert done.stdout == "False\n", done.stderr
 
 
 class Opened:
@@ -120,6 +152,28 @@ def test_each_feature_that_is_missing_is_named(monkeypatch: pytest.MonkeyPatch, 
 def test_info_lists_the_devices(gpu: Any) -> None:
     lines = vulkan_devices()
     assert f"vulkan device {gpu.adapter.index}: {gpu.adapter.name}: ready" in lines
+
+
+def test_info_says_what_each_device_lacks(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every device has its line, and is closed again; one that can't be opened keeps no other from being listed."""
+    devices = [Opened(set(looking.REQUIRED)), None, Opened({"double", "int64", "timestamp_query"})]
+    waiting = iter(devices)
+
+    def device(**_: Any) -> Opened:
+        made = next(waiting)
+        if made is None:
+            raise RuntimeError("Vulkan 1.0 is too old!\nsomewhere.cpp:280")
+        return made
+
+    pytest.importorskip("slangpy")
+    fake_slangpy(monkeypatch, device)
+    monkeypatch.setattr(looking, "list_adapters", lambda: FOUND)
+    assert vulkan_devices() == [
+        "vulkan device 0: NVIDIA GeForce RTX 4090: ready",
+        "vulkan device 1: llvmpipe (LLVM 15.0.6, 256 bits): can't be used: Vulkan 1.0 is too old",
+        "vulkan device 2: NVIDIA GeForce RTX 2080: lacks ray_tracing, acceleration_structure, atomic_int64",
+    ]
+    assert devices[0].closed and devices[2].closed
 
 
 def test_info_says_why_there_is_none(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -21,6 +25,10 @@ REQUIRED = {
 """Features that a device must have, and what needs them."""
 
 SOFTWARE = "make software-vulkan  installs a driver that needs no graphics card"
+
+
+DRIVERS = ("VK_DRIVER_FILES", "VK_ICD_FILENAMES")
+"""What tells the Vulkan loader which drivers to look for."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +52,8 @@ class Adapter:
 def import_slangpy() -> Any:
     """The module slangpy, or a :class:`LabError` that says what to install."""
     try:
-        import slangpy
+        with _without_torch():
+            import slangpy
     except ModuleNotFoundError as error:
         if error.name != "slangpy":
             raise
@@ -56,6 +65,19 @@ def import_slangpy() -> Any:
             "libatomic1; Fedora: dnf install libX11 libatomic"
         ) from None
     return slangpy
+
+
+@contextmanager
+def _without_torch() -> Iterator[None]:
+    """Slangpy imports torch where it is installed, for functions that nothing here calls: three seconds."""
+    hidden = "slangpy" not in sys.modules and "torch" not in sys.modules
+    if hidden:
+        sys.modules["torch"] = None  # type: ignore[assignment]
+    try:
+        yield
+    finally:
+        if hidden:
+            sys.modules.pop("torch", None)
 
 
 def list_adapters() -> list[Adapter]:
@@ -71,7 +93,9 @@ def choose_adapter(adapters: list[Adapter], wanted: str) -> Adapter:
     Errors: :class:`LabError` where there is no device at all, or none or several of that name.
     """
     if not adapters:
-        raise LabError(f"no Vulkan device was found: install the driver of your graphics card; or: {SOFTWARE}")
+        named = next((name for name in DRIVERS if os.environ.get(name)), "")
+        where = f" ({named}={os.environ[named]}: only that driver is looked for)" if named else ""
+        raise LabError(f"no Vulkan device was found{where}: install the driver of your graphics card; or: {SOFTWARE}")
     if not wanted:
         return adapters[0]
     low = wanted.lower()

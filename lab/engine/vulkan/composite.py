@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from lab.engine.vulkan.buffers import DeviceBuffer
 from lab.engine.vulkan.gbuffer import gbuffer_parts, plane_of, rgb_of
+from lab.engine.vulkan.hierarchy import HierarchyParts
 from lab.engine.vulkan.lighting import lighting_parts
 from lab.engine.vulkan.records import device_record
 from lab.engine.vulkan.shadows import shadow_parts, signal_parts
 from lab.engine.vulkan.uniforms import params_uniform
 from lab.params import Params
-from lab.records import FilteredShadows, GBuffer, Image, Lighting, ShadowSamples
+from lab.records import FilteredShadows, Floats, GBuffer, Image, Lighting, ShadowSamples
 
 if TYPE_CHECKING:
     from lab.engine.vulkan.device import Gpu
@@ -42,7 +43,7 @@ def composite(
 ) -> Image:
     """The final image; see :class:`~lab.engine.engine.Engine`. `background`: radiance where nothing is hit."""
     view, pool = gbuffer_parts(gpu, gbuffer), gpu.pool
-    irradiance = lighting_parts(gpu, lighting).irradiance
+    lit = lighting_parts(gpu, lighting)
     signal, direct_light = signal_parts(gpu, filtered), shadow_parts(gpu, shadows).direct
     size, pixels, channels = (view.width, view.height), view.pixels, signal.channels
     ratios = pool.take(pixels, "4f4", "shadow ratios")
@@ -71,7 +72,7 @@ def composite(
             normals=view.normal,
             albedo=view.albedo,
             emission=view.emission,
-            irradiance=irradiance,
+            irradiance=lit.irradiance,
             ratios=ratios,
             direct_light=direct_light,
             area_light=signal.area,
@@ -84,4 +85,16 @@ def composite(
         )
     shape = view.height, view.width
     fields = {name: rgb_of(getattr(made, name), shape) for name in names}
+    if lit.lit_by is not None:
+        fields["colour"] = _checked(lit.lit_by, fields["colour"])
     return device_record(Image, made, {**fields, "shadow_ratio": plane_of(made.shadow_ratio, *shape, channels)})
+
+
+def _checked(hierarchy: HierarchyParts, read: Callable[[], Floats]) -> Callable[[], Floats]:
+    """`read`, after a look whether all lights had room: a picture that lacks some must not pass for one."""
+
+    def checked() -> Floats:
+        _ = hierarchy.on_host
+        return read()
+
+    return checked

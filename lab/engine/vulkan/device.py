@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from functools import cache
-from importlib import metadata
 from typing import TYPE_CHECKING, Any
 
-from lab.caches import cache_root
 from lab.engine.vulkan.adapters import Adapter, choose_adapter, import_slangpy, list_adapters, open_device
 from lab.engine.vulkan.buffers import BufferPool
 from lab.engine.vulkan.driver import Driver, driver_of
 from lab.engine.vulkan.program import SHADERS, ComputeProgram, RasterProgram, RasterShaders, RayProgram, RayShaders
+from lab.engine.vulkan.shader_cache import cache_options
 from lab.engine.vulkan.timing import Clock, Span
 
 if TYPE_CHECKING:
@@ -142,10 +141,4 @@ def _options() -> dict[str, Any]:
             "warnings_as_errors": ["all"],
         },
     }
-    # Compiled shaders outlive the process. The version is part of the path: a new one starts afresh.
-    folder = cache_root() / "vulkan" / f"{metadata.version('many-lights-lab')}-{spy.__version__}"
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError:
-        return options  # slower to start, that's all
-    return options | {"shader_cache_path": folder / "shaders", "module_cache_path": folder / "modules"}
+    return options | cache_options()

@@ -14,6 +14,7 @@ from lab.engine.vulkan.buffers import DeviceBuffer
 from lab.engine.vulkan.layouts import GRID_LIGHT, HIERARCHY_INFO
 from lab.engine.vulkan.members import MemberParts, upload_members
 from lab.engine.vulkan.records import device_record, parts
+from lab.errors import LabError
 from lab.records import Floats, Hierarchy, Members
 
 if TYPE_CHECKING:
@@ -42,12 +43,12 @@ class HierarchyParts:
 
     @cached_property
     def on_host(self) -> NDArray[Any]:
-        """The row of `info`, read back when it is first asked for."""
+        """The row of `info`, read back when it is first asked for; a :class:`LabError` where lights were left out."""
         row: NDArray[Any] = self.info.numpy()[0]
         if row["overflow"]:
-            raise RuntimeError(
+            raise LabError(
                 f"the hierarchy has more than the {len(self.lights)} lights that there is room for: this set of lights "
-                "is too scattered for the Vulkan engine"
+                "is too scattered for the Vulkan engine. Use fewer levels, or --engine cpu"
             )
         return row
 

@@ -25,6 +25,10 @@ MOST_GROUPS = 65535
 _MOST_ROWS = MOST_GROUPS * 256
 _MOST_GRID_LIGHTS = (2**32 - 1) // GRID_LIGHT.itemsize
 
+_SCATTERED = 65_536
+"""So many vertices more than S1 may S2 and up have. They are found from where the lights of S1 are, which may be a cell
+without any input light: each has eight around it. Few lights, all alone, make more of them than there are of S1."""
+
 
 @dataclass(frozen=True)
 class Sizes:
@@ -78,7 +82,8 @@ def hierarchy_sizes(count: int, params: Params) -> Sizes:
             )
         first = last = fixed
         largest = 8 * count
-    kept = tuple(min(_side(last, level) ** 3, largest) for level in range(1, last + 1))
+    coarser = min(8 * largest, largest + _SCATTERED)
+    kept = tuple(min(_side(last, level) ** 3, largest if level == 1 else coarser) for level in range(1, last + 1))
     if max(kept) > _MOST_ROWS or count + sum(kept) > _MOST_GRID_LIGHTS:
         raise LabError(
             f"{count} lights, levels={params.levels}: there may be {count + sum(kept):,} grid lights, more than the "

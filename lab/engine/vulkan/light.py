@@ -43,7 +43,7 @@ def light(
         overdraw=counters("overdraw"),
         lights_used=counters("lights used"),
         visited=pool.take(tiles[0] * tiles[1] * n * n, "u4", "visited"),
-        levels=lights.levels,
+        lit_by=lights,
     )
     with gpu.stage("light") as encoder:
         for counted in (made.overdraw, made.lights_used):

@@ -176,7 +176,7 @@ class RasterLighter:
             overdraw=pool.take(rows, "u4", "overdraw"),
             lights_used=pool.take(rows, "u4", "lights used"),
             fragments=pool.take(view.pixels if counts else 1, "u4", "fragments"),
-            levels=lights.levels,
+            lit_by=lights,
         )
 
     def _picks(self, view: GBufferParts, params: Params) -> _Picks:

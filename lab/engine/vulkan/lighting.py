@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -10,6 +9,7 @@ import numpy as np
 
 from lab.engine.vulkan.buffers import DeviceBuffer
 from lab.engine.vulkan.gbuffer import plane_of, rgb_of, upload_rgb
+from lab.engine.vulkan.hierarchy import HierarchyParts
 from lab.engine.vulkan.records import device_record, parts
 from lab.records import Lighting
 
@@ -26,9 +26,9 @@ class LightingParts:
         irradiance: 4f4: RGB, and F, the sum that was picked from.
         light: i4, `samples` a pixel: merged index of each pick, -1 for none.    target_weight: f4, as many.
         overdraw, lights_used: u4, level after level; None where not counted.
-        levels: reads back how many levels these have, if there is room for more.
         fragments: u4, that were rasterised; None where not counted.
         visited: u4, pairs of pixel and light that each tile evaluated; None where there are no tiles.
+        lit_by: the hierarchy, where that is the device's: its levels are those of the counts, which have room for more.
 
     """
 
@@ -42,7 +42,7 @@ class LightingParts:
     lights_used: DeviceBuffer | None = None
     fragments: DeviceBuffer | None = None
     visited: DeviceBuffer | None = None
-    levels: Callable[[], int] | None = None
+    lit_by: HierarchyParts | None = None
 
 
 def lighting_parts(gpu: Gpu, lighting: Lighting) -> LightingParts:
@@ -69,7 +69,7 @@ def device_lighting(made: LightingParts) -> Lighting:
     def counts(of: DeviceBuffer | None) -> object:
         if of is None:
             return None
-        rows = None if made.levels is None else made.levels() * height * width
+        rows = None if made.lit_by is None else made.lit_by.levels() * height * width
         return of.numpy(rows).reshape(-1, height, width)
 
     def fragments() -> object:

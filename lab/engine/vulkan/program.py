@@ -17,7 +17,8 @@ from lab.engine.vulkan.adapters import import_slangpy
 from lab.engine.vulkan.bindings import Bindings
 from lab.engine.vulkan.buffers import DeviceBuffer
 from lab.engine.vulkan.reflection import ShaderError
-from lab.errors import nearest
+from lab.engine.vulkan.shader_cache import forget_modules
+from lab.errors import LabError, nearest
 
 if TYPE_CHECKING:
     import slangpy as spy
@@ -229,6 +230,10 @@ def _link(device: spy.Device, module: str, entries: list[str], constants: Mappin
         exported = _export(module, constants) if constants else None
         return device.load_program(module, entries, additional_source=exported)
     except (spy.SlangCompileError, RuntimeError) as error:
+        if "assert failure" in str(error):  # of the compiler, which found nonsense where it had kept a module
+            raise LabError(
+                f"{module}.slang: what was compiled before is damaged. {forget_modules()} was deleted: try again"
+            ) from error
         raise ShaderError(f"{module}.slang does not compile:\n{error}") from error
 
 
