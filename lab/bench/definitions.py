@@ -106,7 +106,8 @@ HELP = f"""examples:
   lab bench sponza.glb --engine vulkan                    the same on the graphics card, by its own clock
 
 After a warm-up, N frames are rendered, every stage anew each time, by a renderer that keeps its memory (lab.Renderer).
-N is 32; with --engine vulkan 256, or 8 where the driver has no card and computes on the processor; --quick: a quarter.
+N is 32; with --engine vulkan 256, or 8 where the driver has no card and computes on the processor (a tenth of the VPLs
+stands for 1M and 100K then); --quick: a quarter.
 Times are medians, with the quartiles beside them. What is compared is measured in turns (A B A B ...): limits with
 every frame, or every fourth where they take long. Counts of overdraw are an instrument: they are taken once, and no
 timed stage counts. The share of the processors that other programs had is measured, too, and told where it is over 5 %.

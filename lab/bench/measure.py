@@ -42,6 +42,11 @@ class Effort:
     many: int = 1_000_000
     scattered: int = 100_000
 
+    @classmethod
+    def in_software(cls, frames: int) -> Effort:
+        """For a driver that computes on the processor: a tenth of the lights, so that it comes to an end."""
+        return cls(frames, many=100_000, scattered=10_000)
+
     @property
     def every(self) -> int:
         """Limits and variants of a stage are measured with every so many frames: 8 times, at least twice."""

@@ -92,20 +92,23 @@ def _requests(args: argparse.Namespace) -> list[Request]:
 
 
 def _effort(args: argparse.Namespace, request: Request) -> Effort:
-    usual = max(FEWEST, _usual_frames(request) // (_QUICK if args.quick else 1))
+    software = _is_software(request)
+    usual = SOFTWARE_FRAMES if software else CPU_FRAMES if request.engine == "cpu" else CARD_FRAMES
+    usual = max(FEWEST, usual // (_QUICK if args.quick else 1))
     frames = usual if args.frames is None else whole_number("--frames", args.frames, FEWEST, MOST)
 
     from lab.bench.measure import Effort
 
-    return Effort(frames=frames)
+    return Effort.in_software(frames) if software else Effort(frames=frames)
 
 
-def _usual_frames(request: Request) -> int:
+def _is_software(request: Request) -> bool:
+    """Whether the engine is one for cards, and the device none."""
     if request.engine == "cpu":
-        return CPU_FRAMES
+        return False
     from lab.engine.vulkan.device import open_gpu
 
-    return SOFTWARE_FRAMES if open_gpu(request.device).software else CARD_FRAMES
+    return open_gpu(request.device).software
 
 
 def _files(args: argparse.Namespace, requests: list[Request]) -> Files:

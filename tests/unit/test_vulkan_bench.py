@@ -32,7 +32,9 @@ def run(gpu: Any, tmp_path_factory: pytest.TempPathFactory) -> Any:
     folder = tmp_path_factory.mktemp("bench")
     scene = write_quads(folder / "quads")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(measure, "Effort", partial(Effort, few=FEW, many=MANY, scattered=SOME))
+        little = partial(Effort, few=FEW, many=MANY, scattered=SOME)
+        little.in_software = little  # type: ignore[attr-defined]
+        patch.setattr(measure, "Effort", little)
         patch.setattr("lab.bench.limits.STREAM_BYTES", 2**20)
         patch.setitem(sweep.VALUES, "interleave", (1, 2))
         out = folder / "b"
@@ -89,7 +91,8 @@ def test_threads_are_no_sweep_of_a_device(quads: Path, empty_folder: Path, capsy
 def test_a_card_is_given_more_frames(monkeypatch: pytest.MonkeyPatch, software: bool, quick: bool, frames: int) -> None:
     monkeypatch.setattr("lab.engine.vulkan.device.open_gpu", lambda _: SimpleNamespace(software=software))
     request: Any = SimpleNamespace(engine="vulkan", device="")
-    assert command._effort(SimpleNamespace(quick=quick, frames=None), request).frames == frames  # type: ignore[arg-type]
+    effort = command._effort(SimpleNamespace(quick=quick, frames=None), request)  # type: ignore[arg-type]
+    assert effort.frames == frames and effort.many == (100_000 if software else 1_000_000)
 
 
 def test_help_tells_what_has_no_meaning() -> None:
