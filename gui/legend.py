@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
-from gui.layers.catalogue import COLOUR, COUNT, DIRECTION, LEVEL, LIGHT, POSITION, SIGNED, TILE, Layer
 from gui.layers.colour_maps import table
 from gui.layers.read_out import number_text
 from gui.layers.scale import Scale
-from gui.level_colours import category_colours, rgb
 from lab.colour import to_bytes
 from lab.figure import INK, PAPER, font
+from lab.layers import COLOUR, COUNT, DIRECTION, LEVEL, LIGHT, POSITION, SIGNED, TILE, Layer
+from lab.level_colours import category_colours, rgb
 
 _STOPS, _MOST_SWATCHES = 33, 16
 _AXES = (

@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
-from gui.layers.catalogue import LIGHT, SIGNED, Layer
 from gui.layers.picture import draw
 from gui.layers.scale import scale_for
 from gui.legend import Legend, legend
 from lab.colour import luminance
 from lab.errors import LabError
 from lab.figure import font
+from lab.layers import LIGHT, SIGNED, Layer
 from lab.metrics import relative_error
 
 Pixels = NDArray[np.uint8]

@@ -25,6 +25,7 @@ from lab.examples import (
     MAIN_EXAMPLES,
     REFERENCE_EXAMPLES,
     RENDER_EXAMPLES,
+    VIEW_EXAMPLES,
 )
 
 
@@ -118,6 +119,9 @@ def build_parser() -> argparse.ArgumentParser:
     inspect = add("inspect", "look into the hierarchy and a frame's every pixel, in the browser", INSPECT_EXAMPLES)
     _add_inspect_flags(inspect)
 
+    view = add("view", "fly through a scene in real time, in a window (Vulkan)", VIEW_EXAMPLES)
+    _add_view_window_flags(view)
+
     compare = add("compare", "measure how far an image is from a reference, layer by layer", COMPARE_EXAMPLES)
     compare.add_argument("a", metavar="A.exr", help="the image")
     compare.add_argument("b", metavar="B.exr", help="its reference, of the same size")
@@ -197,6 +201,19 @@ def _add_inspect_flags(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--state", metavar="FILE", help="start as saved by the inspector; other flags change it")
     _add_method_flags(parser)
     _add_camera_flags(parser, "640x360")
+
+
+def _add_view_window_flags(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--frames", metavar="N", help="render so many frames, tell their times and end")
+    parser.add_argument(
+        "--screenshot", metavar="FILE.png", help="with --frames: save the last one; F12 saves to FILE-1.png ..."
+    )
+    parser.add_argument("--regenerate", action="store_true", help="make the lights anew every frame, too")
+    parser.add_argument(
+        "--exposure", metavar="X", help="factor on the colour, instead of the scene's or the automatic one"
+    )
+    _add_method_flags(parser)
+    _add_camera_flags(parser)
 
 
 def _join_negative_vectors(arguments: list[str]) -> list[str]:

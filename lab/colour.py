@@ -34,6 +34,13 @@ def srgb_encode(linear: ArrayLike) -> Array:
     return encoded
 
 
+def srgb_decode(encoded: ArrayLike) -> Array:
+    """sRGB-encoded [0, 1] to linear [0, 1], any shape: undoes :func:`srgb_encode`."""
+    values = np.clip(np.asarray(encoded), 0, 1)
+    linear: Array = np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
+    return linear
+
+
 def tone_map(colour: ArrayLike, exposure: float = 1.0) -> Array:
     """(..., 3) linear radiance to linear [0, 1), for display.
 

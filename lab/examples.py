@@ -1,5 +1,7 @@
 """What ``lab COMMAND --help`` teaches below the flags."""
 
+from lab.view.keys import key_table
+
 RENDER_EXAMPLES = """examples:
   lab render scenes/atrium/scene.toml
   lab render sponza.glb -o out/sponza --size 1920x1080 --sun 0.3,1,0.2
@@ -88,6 +90,20 @@ INSPECT_EXAMPLES = """examples:
 Click a pixel of the picture, or a point of the scene, and see every light behind it; change a setting and see what it
 does. ? in the picture lists its keys. All browsers that open the address share one inspector."""
 
+VIEW_EXAMPLES = f"""examples:
+  lab view scenes/atrium/scene.toml
+  lab view sponza.glb --size 1920x1080 --set interleave=4 alpha=2
+  lab view sponza.glb --device 1 --preset paper
+  lab view scene.toml --regenerate                             lights that move: all seven stages every frame
+  lab view scene.toml --frames 256                             the median time of each stage, on the device
+  xvfb-run -a lab view scene.toml --frames 3 --screenshot a.png  without a screen
+
+keys:
+{key_table()}
+
+The panel changes every setting while the scene is rendered. What a change does not touch is kept: VPLs and hierarchy
+stay as long as the settings that concern them do."""
+
 MAIN_EXAMPLES = """examples:
   lab render scenes/atrium/scene.toml          a picture, its layers and its record in out/
   lab heatmap scenes/atrium/scene.toml         how many lights each pixel looks at
@@ -96,6 +112,7 @@ MAIN_EXAMPLES = """examples:
   lab attribute scenes/atrium/scene.toml       where its error comes from, term by term
   lab probe scenes/atrium/scene.toml 640 360   why that pixel looks as it does, light by light
   lab inspect scenes/atrium/scene.toml         see inside: levels, overdraw, one pixel's lights, in the browser
+  lab view scenes/atrium/scene.toml            fly through it in real time (Vulkan)
   lab bench                                    each stage's time against the limits of this machine
   lab compare out/a.exr out/b.exr              how far a picture is from another, in numbers and pictures
   lab params                                   every setting, what it may be, and what the presets say

@@ -5,13 +5,14 @@ from __future__ import annotations
 import dataclasses
 import threading
 import weakref
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from types import TracebackType
 
 from lab import _core
 from lab.engine.clock import StageTimes
-from lab.engine.engine import create_engine
+from lab.engine.dependencies import outdated_by
+from lab.engine.engine import STAGES, create_engine
 from lab.engine.kept import KeptStages, Made
 from lab.errors import LabError
 from lab.frame import Progress
@@ -37,7 +38,7 @@ class Renderer:
     another camera needs no new lights, another filter no new rays. ``regenerate=True`` does all seven stages anew, as
     for a scene that moves.
 
-    A Vulkan engine keeps its device, shaders and scene, and does every stage anew.
+    A Vulkan engine keeps its device, shaders and scene as well, and the results where they are, on the device.
 
     Frames are the same, bit for bit, as those of :func:`lab.render`. They may share arrays with each other: treat
     what is in them as read-only. They stay valid after :meth:`close`.
@@ -61,8 +62,11 @@ class Renderer:
         self.threads = int(_core.info()["threads"]) if threads is None else int(threads)
         with self.on_threads():
             self.engine = create_engine(engine, scene, device=device)
-        # To ask whether a record is still the same one would read it back.
-        self._on_device = engine != "cpu"
+        self._stages: type[KeptStages] = KeptStages
+        if engine == "vulkan":
+            from lab.engine.vulkan.kept import KeptOnDevice
+
+            self._stages = KeptOnDevice
         self._kept: dict[str, Made] = {}
         self._turn = threading.RLock()
         _core.keep_buffers()
@@ -75,30 +79,27 @@ class Renderer:
         params: Params | None = None,
         *,
         regenerate: bool = False,
+        anew: Collection[str] = (),
         counts: bool = False,
         progress: Progress | None = None,
     ) -> Frame:
         """One frame; arguments as of :func:`lab.render`, but that lights are counted only if asked.
 
-        With `regenerate` every stage is done anew. Else a stage whose result was taken again has 0 ms in
-        ``frame.stages_ms``. `progress` may raise :class:`Cancelled`, or anything else, to break the frame off before
-        the stage that it is told of; what the stages before made is kept.
+        With `regenerate` every stage is done anew; with `anew` these stages are, and all that depend on them. Else a
+        stage whose result was taken again has 0 ms in ``frame.stages_ms``. `progress` may raise :class:`Cancelled`, or
+        anything else, to break the frame off before the stage that it is told of; what the stages before made is kept.
         """
         with self._turn, self.on_threads():
             if not self._release.alive:
                 raise LabError("Renderer: it is closed; make another to render again")
-            if regenerate:
-                self._kept.clear()
-            if self._on_device:
-                return render(
-                    self.scene, params, camera=camera, size=size, engine=self.engine, progress=progress, counts=counts
-                )
-            stages = KeptStages(self.engine, self._kept)
+            for stage in STAGES if regenerate else outdated_by(*anew):
+                self._kept.pop(stage, None)
+            stages = self._stages(self.engine, self._kept)
             frame = render(
                 self.scene, params, camera=camera, size=size, engine=stages, progress=progress, counts=counts
             )
-            done = StageTimes(lambda: frame.stages_ms).only(stages.ran)
-            return dataclasses.replace(frame, stages_ms=done)
+            times = frame.stages_ms  # alone: whoever holds them must not hold the frame
+            return dataclasses.replace(frame, stages_ms=StageTimes(lambda: times).only(stages.ran))
 
     def close(self) -> None:
         """Gives the kept memory back to the system. Frames that are still held stay as they are."""

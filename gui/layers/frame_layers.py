@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gui.layers.catalogue import find_layer, known_names
 from lab.blend_curves import drawn_levels
 from lab.colour import luminance
 from lab.engine.engine import Engine
 from lab.errors import LabError
 from lab.image_io import count_channels
+from lab.layers import find_layer, known_names
 from lab.metrics import flip, relative_error
 from lab.pixel_layers import (
     interleave_tile,

@@ -8,7 +8,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gui.layers.catalogue import (
+from gui.layers.colour_maps import stripes
+from gui.layers.frame_layers import FrameLayers
+from gui.layers.read_out import value_at
+from gui.layers.scale import Scale, scale_for
+from gui.legend import Legend, legend, shown_exposure
+from lab.colour import srgb_encode, to_bytes
+from lab.errors import LabError
+from lab.layers import (
     COLOUR,
     COUNT,
     DIRECTION,
@@ -21,14 +28,7 @@ from gui.layers.catalogue import (
     Layer,
     find_layer,
 )
-from gui.layers.colour_maps import stripes
-from gui.layers.frame_layers import FrameLayers
-from gui.layers.read_out import value_at
-from gui.layers.scale import Scale, scale_for
-from gui.legend import Legend, legend, shown_exposure
-from gui.level_colours import category_table
-from lab.colour import srgb_encode, to_bytes
-from lab.errors import LabError
+from lab.level_colours import category_table
 from lab.pixel_stats import PixelStats, pixel_stats
 
 Pixels = NDArray[np.uint8]
@@ -99,7 +99,7 @@ def draw_layer(
     log: bool = False,
     seen: NDArray[np.bool_] | None = None,
 ) -> Pixels:
-    """Any (H, W) or (H, W, 3) values of a `kind` of :mod:`gui.layers.catalogue` as (H, W, 3) sRGB bytes.
+    """Any (H, W) or (H, W, 3) values of a `kind` of :mod:`lab.layers` as (H, W, 3) sRGB bytes.
 
     Pixels that are not `seen` (H, W), and those whose value is no number, are grey stripes.
     """

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gui.layers.catalogue import COUNT, LEVEL, LIGHT, SIGNED, TILE, Layer, find_layer
 from gui.layers.frame_layers import FrameLayers
 from lab.colour import luminance
 from lab.errors import LabError
+from lab.layers import COUNT, LEVEL, LIGHT, SIGNED, TILE, Layer, find_layer
 from lab.records import Frame
 
 

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gui.layers.catalogue import COUNT, SCALAR, SIGNED, Layer
 from gui.layers.colour_maps import table
 from lab.error_picture import round_up
 from lab.errors import LabError
+from lab.layers import COUNT, SCALAR, SIGNED, Layer
 
 
 @dataclass(frozen=True)

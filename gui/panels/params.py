@@ -9,25 +9,8 @@ from trame.widgets import vuetify3 as v3
 
 from gui.panels.panel import DENSE, Panel
 from lab import LabError
-from lab.params import GROUPS, PRESETS, SETTINGS, Params, Setting
-
-
-def tooltip(name: str) -> str:
-    """What hovering over a setting tells: what it does, what it may be, and where the paper has it."""
-    setting = SETTINGS[name]
-    default = Params().to_dict()[name]
-    parts = [setting.doc, f"allowed: {setting.allowed()}" + (f", in units of {setting.unit}" if setting.unit else "")]
-    parts.append(f"default: {str(default).lower() if isinstance(default, bool) else default}")
-    if setting.section:
-        parts.append(setting.section + (f", symbol {setting.symbol}" if setting.symbol else ""))
-    return "\n".join(parts)
-
-
-def label(name: str) -> str:
-    """The setting's name, with the paper's symbol and the unit where there are any."""
-    setting = SETTINGS[name]
-    symbol = f" ({setting.symbol})" if setting.symbol and setting.symbol != name else ""
-    return f"{name}{symbol}" + (f" [{setting.unit}]" if setting.unit else "")
+from lab.controls import describe, label
+from lab.params import GROUPS, PRESETS, SETTINGS, Setting
 
 
 class ParamsPanel(Panel):
@@ -108,7 +91,7 @@ class ParamsPanel(Panel):
 
     def _field(self, name: str) -> None:
         setting = SETTINGS[name]
-        with html.Div(classes="lab-field", title=tooltip(name)):
+        with html.Div(classes="lab-field", title=describe(name)):
             html.Label(
                 label(name),
                 classes=(f"param_changed.includes('{name}') ? 'lab-name lab-changed' : 'lab-name'",),

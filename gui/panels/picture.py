@@ -10,13 +10,13 @@ from trame.widgets import html
 from trame.widgets import vuetify3 as v3
 
 from gui.layers import FrameLayers, LayerPicture, data_url, layer_picture, png_bytes
-from gui.layers.catalogue import LIGHT, SIGNED, find_layer
 from gui.panels.panel import DENSE, Panel
 from gui.sources import KEPT, THIS, TITLES
 from gui.view_state import COLOUR_MAPS
 from gui.web import Picture
 from gui.wipe import Difference, difference, wipe
 from lab import LabError
+from lab.layers import LIGHT, SIGNED, find_layer
 from lab.reference import METHODS
 
 MOST_STOPS = 20.0

@@ -8,9 +8,9 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator
 
-from gui.level_colours import LEVEL_COLOURS
 from gui.plots.style import INK, PAPER, SMALL, describe, new_figure
 from lab.blend_curves import blend_radii, blend_weights, drawn_levels
+from lab.level_colours import LEVEL_COLOURS
 from lab.params import Params
 from lab.records import Hierarchy
 

@@ -8,9 +8,9 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from gui.layers.read_out import number_text
-from gui.level_colours import LEVEL_COLOURS
 from gui.plots.style import INK, SMALL, describe, new_figure
 from lab.colour import luminance
+from lab.level_colours import LEVEL_COLOURS
 
 
 def levels_plot(rows: Sequence[dict[str, Any]]) -> Figure:

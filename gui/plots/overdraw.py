@@ -8,8 +8,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from gui.level_colours import LEVEL_COLOURS
 from gui.plots.style import ACCENT, INK, QUIET, SECOND, SMALL, add_legend, describe, new_figure, say_nothing
+from lab.level_colours import LEVEL_COLOURS
 from lab.survey import OverdrawGrowth, OverdrawSurvey
 
 if TYPE_CHECKING:

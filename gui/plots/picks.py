@@ -9,8 +9,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from gui.level_colours import LEVEL_COLOURS
 from gui.plots.style import INK, PALE, SMALL, add_legend, describe, new_figure, say_nothing
+from lab.level_colours import LEVEL_COLOURS
 
 if TYPE_CHECKING:
     from lab.pixel import PickTrials

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from gui.level_colours import LEVEL_COLOURS, rgb
 from lab.colour import HEAT
+from lab.level_colours import LEVEL_COLOURS, rgb
 
 Rgb = tuple[int, int, int]
 Bytes = NDArray[np.uint8]

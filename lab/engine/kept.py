@@ -48,12 +48,12 @@ class KeptStages:
         """As the engine's."""
         if self.scene.light_list is not None:
             return self.engine.trace_vpls(params)  # the list itself, whatever the settings
-        values = _values(params, STAGE_SETTINGS["trace_vpls"])
+        values = setting_values(params, STAGE_SETTINGS["trace_vpls"])
         return self._take("trace_vpls", values, (), lambda: self.engine.trace_vpls(params))
 
     def build_hierarchy(self, lights: Lights, params: Params) -> Hierarchy:
         """As the engine's. Kept levels with member lists serve without them, and get them where they had none."""
-        values = _values(params, LEVEL_SETTINGS)
+        values = setting_values(params, LEVEL_SETTINGS)
 
         def make() -> Hierarchy:
             return self.engine.build_hierarchy(lights, params)
@@ -70,7 +70,7 @@ class KeptStages:
 
     def light(self, hierarchy: Hierarchy, gbuffer: GBuffer, params: Params, counts: bool = True) -> Lighting:
         """As the engine's. A kept result with counts serves without them, and gets them where it had none."""
-        values = _values(params, STAGE_SETTINGS["light"])
+        values = setting_values(params, STAGE_SETTINGS["light"])
 
         def make() -> Lighting:
             return self.engine.light(hierarchy, gbuffer, params, counts)
@@ -86,13 +86,13 @@ class KeptStages:
         self, hierarchy: Hierarchy, gbuffer: GBuffer, lighting: Lighting, params: Params
     ) -> ShadowSamples:
         """As the engine's."""
-        values = _values(params, STAGE_SETTINGS["trace_shadow_rays"])
+        values = setting_values(params, STAGE_SETTINGS["trace_shadow_rays"])
         inputs = hierarchy, gbuffer, lighting
         return self._take("trace_shadow_rays", values, inputs, lambda: self.engine.trace_shadow_rays(*inputs, params))
 
     def filter_shadows(self, gbuffer: GBuffer, shadows: ShadowSamples, params: Params) -> FilteredShadows:
         """As the engine's."""
-        values = _values(params, STAGE_SETTINGS["filter_shadows"])
+        values = setting_values(params, STAGE_SETTINGS["filter_shadows"])
         inputs = gbuffer, shadows
         return self._take("filter_shadows", values, inputs, lambda: self.engine.filter_shadows(*inputs, params))
 
@@ -100,13 +100,13 @@ class KeptStages:
         self, gbuffer: GBuffer, lighting: Lighting, shadows: ShadowSamples, filtered: FilteredShadows, params: Params
     ) -> Image:
         """As the engine's."""
-        values = _values(params, STAGE_SETTINGS["composite"])
+        values = setting_values(params, STAGE_SETTINGS["composite"])
         inputs = gbuffer, lighting, shadows, filtered
         return self._take("composite", values, inputs, lambda: self.engine.composite(*inputs, params))
 
     def _take(self, stage: str, values: tuple[object, ...], inputs: tuple[object, ...], make: Callable[[], T]) -> T:
         """The kept result of `stage` if it was made from these very values and inputs; else a new one."""
-        arrays = tuple(map(_array_of, inputs))
+        arrays = tuple(map(self._identity, inputs))
         if not self._has(stage, values, arrays):
             for name in outdated_by(stage):
                 self._kept.pop(name, None)
@@ -114,6 +114,10 @@ class KeptStages:
             self._kept[stage] = Made(values, arrays, make())
         record: T = self._kept[stage].record
         return record
+
+    def _identity(self, record: Any) -> object:
+        """What stands for a record: its first array, which with and without counts or members is the same one."""
+        return getattr(record, dataclasses.fields(record)[0].name)
 
     def _has(self, stage: str, values: tuple[object, ...], arrays: tuple[object, ...]) -> bool:
         made = self._kept.get(stage)
@@ -133,10 +137,6 @@ class KeptStages:
         return record
 
 
-def _array_of(record: Any) -> object:
-    """A record's first array stands for it: with and without counts or members, it is the same one."""
-    return getattr(record, dataclasses.fields(record)[0].name)
-
-
-def _values(params: Params, names: tuple[str, ...]) -> tuple[object, ...]:
+def setting_values(params: Params, names: tuple[str, ...]) -> tuple[object, ...]:
+    """Of these settings."""
     return tuple(getattr(params, name) for name in names)

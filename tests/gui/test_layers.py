@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from gui.layers import LAYERS, FrameLayers, find_layer, layer_names, layer_values, value_at
-from gui.layers.catalogue import known_names
 from lab.colour import luminance
 from lab.errors import LabError
 from lab.image_io import frame_channels
+from lab.layers import known_names
 from lab.metrics import flip, rel_mse, relative_error
 from lab.pixel_layers import level_irradiance, picked_level, ratio_of
 from lab.records import Frame

@@ -25,11 +25,11 @@ from gui.layers import (
 from gui.layers.colour_maps import UNKNOWN, table
 from gui.layers.scale import Scale
 from gui.legend import draw_legend, even_ticks, legend, log_ticks
-from gui.level_colours import LEVEL_COLOURS, rgb
 from gui.wipe import difference, wipe
 from lab.colour import HEAT, heat, to_bytes
 from lab.error_picture import SIGNED
 from lab.errors import LabError
+from lab.level_colours import LEVEL_COLOURS, rgb
 from lab.metrics import relative_error
 from lab.pixel_stats import pixel_stats
 

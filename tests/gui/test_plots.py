@@ -17,7 +17,6 @@ from matplotlib.figure import Figure
 from matplotlib.patches import StepPatch
 from PIL import Image
 
-from gui.level_colours import LEVEL_COLOURS
 from gui.plots import (
     blend_plot,
     distribution_plot,
@@ -35,6 +34,7 @@ from gui.plots.shadows import MAPS, Distributions
 from lab.blend_curves import blend_radii, blend_weights, drawn_levels
 from lab.engine.engine import STAGES
 from lab.errors import LabError
+from lab.level_colours import LEVEL_COLOURS
 from lab.params import Params
 from lab.pixel import PickTrials, Probe, probe_pixel, sample_pixel
 from lab.report import level_records

@@ -12,7 +12,17 @@ from .project import imports, sources, text
 # Lowest first. A module may import from its own layer and the ones under it.
 LAYERS = [
     {"lab.caches", "lab.errors", "lab.interrupts"},
-    {"lab.params", "lab.records", "lab.colour", "lab.outputs", "lab.metrics", "lab.figure"},
+    {
+        "lab.colour",
+        "lab.controls",
+        "lab.figure",
+        "lab.layers",
+        "lab.level_colours",
+        "lab.metrics",
+        "lab.outputs",
+        "lab.params",
+        "lab.records",
+    },
     {"lab.scene"},
     {"lab.filters", "lab.filters_images", "lab.filters_variance"},
     {"lab.engine"},
@@ -31,7 +41,7 @@ LAYERS = [
         "lab.report",
     },
     {"lab.renderer"},
-    {"lab.attribute", "lab.bench", "lab.comparison", "lab.mitsuba_scene", "lab.pixel", "lab.survey"},
+    {"lab.attribute", "lab.bench", "lab.comparison", "lab.mitsuba_scene", "lab.pixel", "lab.survey", "lab.view"},
     {"lab.experiments"},
     {"lab.testing"},
     {"lab"},
