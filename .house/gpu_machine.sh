@@ -96,7 +96,15 @@ tests() {
 bench() {
     local flags=()
     [ -z "$quick" ] || flags=(--frames 2 --size 64x36 --set vpls=2000)
-    "$python" -m lab bench "$scene" --engine vulkan -o "$results/bench" "${flags[@]}"
+    "$python" -m lab bench "$scene" --engine vulkan -o "$results/bench" "${flags[@]}" || return
+    # It may be kept with the project then: where the scene lay on this machine is nobody's business.
+    "$python" - "$results/bench.json" <<'PYTHON'
+import json, pathlib, sys
+path = pathlib.Path(sys.argv[1])
+record = json.loads(path.read_text())
+record["scene"]["path"] = pathlib.Path(record["scene"]["path"]).name
+path.write_text(json.dumps(record, indent=2) + "\n")
+PYTHON
 }
 
 tables() {

@@ -95,9 +95,10 @@ def bench(
         found = _measure(view, effort, notes, tell, 1 / (1 + 0.5 * len(sweeps)))
         swept = _sweep(view, effort, sweeps, tell)
     if record["device"] and record["device"]["kind"] == "software":
+        few = f"{effort.many:,} VPLs stand for 1M, {effort.scattered:,} for 100K"
         notes.append(
             f"{record['device']['name']} is no card: its driver computes on the processor. Its times tell nothing "
-            f"about cards, which are given more frames; {effort.many:,} VPLs stand for 1M, {effort.scattered:,} for 100K"
+            f"about cards, which are given more frames; {few}"
         )
     frame = found["frame"]
     record["date"] = datetime.now(UTC).isoformat(timespec="seconds")
