@@ -127,7 +127,8 @@ def test_presets(name: str, interleave: int) -> None:
     check(f)
 
 
-CHOICES = [(name, word) for name, s in SETTINGS.items() for word in (*s.choices, *s.words) if word != "kornia"]
+ELSEWHERE = ("kornia", "raster")  # need torch, and a Vulkan device
+CHOICES = [(name, word) for name, s in SETTINGS.items() for word in (*s.choices, *s.words) if word not in ELSEWHERE]
 CHOICES += [(name, word) for name, s in SETTINGS.items() if s.kind is bool for word in (False, True)]
 
 
