@@ -139,7 +139,9 @@ def build_parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _add_method_flags(parser: argparse.ArgumentParser, count: str | None = "?") -> None:
+def _add_method_flags(
+    parser: argparse.ArgumentParser, count: str | None = "?", engines: str = "cpu (default) or vulkan"
+) -> None:
     """Flags of every command that builds a hierarchy; values are checked where they are used, by one rule each."""
     # Optional to argparse only: see _scene_after_settings.
     name = "scenes" if count == "*" else "scene"
@@ -149,7 +151,7 @@ def _add_method_flags(parser: argparse.ArgumentParser, count: str | None = "?") 
         help="change settings; see 'lab params'",
     )  # fmt: skip
     parser.add_argument("--preset", metavar="P", help="start from: ours (default), paper, demo")
-    parser.add_argument("--engine", metavar="E", help="cpu (default) or vulkan")
+    parser.add_argument("--engine", metavar="E", help=engines)
     parser.add_argument("--device", metavar="D", help="with --engine vulkan: a device's name or number (lab info)")
     parser.add_argument("--sun", metavar="X,Y,Z", help="direction to the sun, instead of the scene's")
     parser.add_argument("--seed", metavar="N", help="seed of every random number")
@@ -212,7 +214,7 @@ def _add_view_window_flags(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--exposure", metavar="X", help="factor on the colour, instead of the scene's or the automatic one"
     )
-    _add_method_flags(parser)
+    _add_method_flags(parser, engines="vulkan: there is no other")
     _add_camera_flags(parser)
 
 

@@ -114,6 +114,7 @@ def _writer(title: str, layout: spy.TypeLayoutReflection, cursor: spy.ShaderCurs
     kinds = spy.TypeReflection.Kind
     makers: dict[Any, Callable[[], Write]] = {
         kinds.resource: lambda: _resource_writer(title, layout, cursor, name),
+        kinds.pointer: lambda: _buffer_writer(title, dtype_of(layout.element_type_layout), cursor, name, pointer=True),
         kinds.sampler_state: lambda: _object_writer(title, spy.Sampler, cursor, name),
         kinds.constant_buffer: lambda: _fields_writer(title, layout.element_type_layout, cursor[name].dereference()),
         kinds.struct: lambda: _fields_writer(title, layout, cursor[name]),
@@ -134,7 +135,11 @@ def _resource_writer(title: str, layout: spy.TypeLayoutReflection, cursor: spy.S
     return _object_writer(title, wanted, cursor, name)
 
 
-def _buffer_writer(title: str, element: np.dtype[Any], cursor: spy.ShaderCursor, name: str) -> Write:
+def _buffer_writer(
+    title: str, element: np.dtype[Any], cursor: spy.ShaderCursor, name: str, *, pointer: bool = False
+) -> Write:
+    """Of a buffer, or of a `pointer` to its first row, of which slangpy knows nothing: barriers are the caller's."""
+
     def write(value: Any) -> None:
         if not isinstance(value, DeviceBuffer):
             raise ShaderError(f"{title} takes a DeviceBuffer, got {type(value).__name__}")
@@ -143,7 +148,7 @@ def _buffer_writer(title: str, element: np.dtype[Any], cursor: spy.ShaderCursor,
                 f"{title}: the shader reads rows of {describe(element)}, buffer {value.label!r} has rows of "
                 f"{describe(value.dtype)}"
             )
-        cursor[name] = value.raw
+        cursor[name] = value.raw.device_address if pointer else value.raw
 
     return write
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
@@ -109,6 +109,7 @@ class RasterLighter:
             gpu.program("light_raster_resolve", "arguments", resolve).dispatch(
                 encoder, [1, 1, 1], info=lights.info, params=read["params"], draw=draws
             )
+            _prepare(encoder, [lights.info, lights.lights, view.position, view.normal], draws)
             with _render_pass(encoder, targets, two_sums) as work:
                 whole = (0, 0, targets.width, targets.height)
                 depth.draw(work, whole, 3, position_depth=view.position, images=images, depth_unit=depth_unit)
@@ -200,6 +201,15 @@ def check_size(size: tuple[int, int], params: Params) -> None:
             f"lighting=raster: {samples} shadow samples of {size[0]}x{size[1]} pixels take {nbytes / 2**30:.1f} GiB in "
             "one buffer, which holds 4 at most; choose fewer of either, or lighting=tiled"
         )
+
+
+def _prepare(encoder: spy.CommandEncoder, read: Sequence[DeviceBuffer], draws: DeviceBuffer) -> None:
+    """What must come before a render pass, as no barrier may stand within it."""
+    states = import_slangpy().ResourceState
+    for buffer in read:
+        encoder.set_buffer_state(buffer.raw, states.shader_resource)
+    encoder.set_buffer_state(draws.raw, states.indirect_argument)
+    encoder.global_barrier()
 
 
 @contextmanager
