@@ -149,7 +149,7 @@ class RasterLighter:
         """Those of the last frame, if they have this size."""
         if self._kept is None or (self._kept.width, self._kept.height) != (width, height):
             spy, device = import_slangpy(), self._gpu.device
-            colour = spy.TextureUsage.render_target | spy.TextureUsage.shader_resource
+            colour = spy.TextureUsage.render_target | spy.TextureUsage.unordered_access
 
             def texture(name: str, usage: Any, label: str) -> Any:
                 form = getattr(spy.Format, name)
