@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lab.engine.vulkan.buffers import DeviceBuffer
 from lab.engine.vulkan.gbuffer import gbuffer_parts
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
 
 _STREAM_RUN = 65536  # bytes that a workgroup of limit_stream.slang reads
 _STREAM_THREADS = 256
-_RAYS_A_ROW = 4096
 
 _SURFACE = ("surface", "nearest", "hole")
 _NEAREST = RayShaders("find_nearest", ("miss",), (_SURFACE,), payload_bytes=16)
@@ -74,7 +74,8 @@ class Rays:
     """Rays on the device.
 
     Attributes:
-        origins: 4f4, and the length.    directions: 4f4.
+        origins: 4f4, and the length.    directions: 4f4; zero in rows of no ray.    count: how many rays there are.
+        row: of the dispatch: a picture's width, so that neighbours are traced together as they are in the stage.
         nearest: whether the nearest hit is asked for; else only whether there is one.
 
     """
@@ -82,26 +83,27 @@ class Rays:
     engine: VulkanEngine
     origins: DeviceBuffer
     directions: DeviceBuffer
+    count: int
+    row: int
     nearest: bool
 
     def __len__(self) -> int:
-        return len(self.origins)
+        return self.count
 
     def seconds(self) -> float:
         """What the device takes to trace them."""
         return seconds(self.engine.gpu, self.record) if len(self) else 0.0
 
     def record(self, encoder: spy.CommandEncoder) -> DeviceBuffer:
-        """Traces them; u4 a ray: the number of the triangle that is hit, or whether the ray is free."""
-        gpu = self.engine.gpu
-        found = gpu.pool.take(len(self), "u4", "what rays found")
+        """Traces them; u4 a row: the number of the triangle that is hit, or whether the ray is free."""
+        gpu, slots = self.engine.gpu, len(self.origins)
+        found = gpu.pool.take(slots, "u4", "what rays found")
         gpu.ray_program("limit_rays", _NEAREST if self.nearest else _ANY).dispatch(
             encoder,
-            [_RAYS_A_ROW, -(-len(self) // _RAYS_A_ROW), 1],
+            [self.row, slots // self.row, 1],
             scene=self.engine.device_scene.uniform,
             origins=self.origins,
             directions=self.directions,
-            rays=len(self),
             found=found,
         )
         return found
@@ -126,7 +128,12 @@ def vpl_rays(engine: VulkanEngine, frame: Frame) -> Rays:
             **room,
         )
 
-    return _collect(engine, paths * bounces, record, nearest=True)
+    made, there = _collect(engine, paths * bounces, record)
+    # Those of paths that ended early are left out: they would only keep others waiting.
+    origins, directions = (
+        gpu.pool.upload(made[name].numpy()[there], f"ray {name}") for name in ("origins", "directions")
+    )
+    return Rays(engine, origins, directions, len(origins), row=max(1, len(origins)), nearest=True)
 
 
 def gbuffer_rays(engine: VulkanEngine, frame: Frame) -> Rays:
@@ -138,7 +145,8 @@ def gbuffer_rays(engine: VulkanEngine, frame: Frame) -> Rays:
         program = engine.gpu.program("limit_frame_rays", "gbuffer_rays")
         program.dispatch(encoder, [width * height, 1, 1], camera=camera, size=size, **room)
 
-    return _collect(engine, width * height, record, nearest=True)
+    made, there = _collect(engine, width * height, record)
+    return Rays(engine, **made, count=int(there.sum()), row=width, nearest=True)
 
 
 def shadow_rays(engine: VulkanEngine, frame: Frame) -> Rays:
@@ -163,25 +171,20 @@ def shadow_rays(engine: VulkanEngine, frame: Frame) -> Rays:
             **room,
         )
 
-    return _collect(engine, view.pixels * a_pixel, record, nearest=False)
+    made, there = _collect(engine, view.pixels * a_pixel, record)
+    return Rays(engine, **made, count=int(there.sum()), row=view.width, nearest=False)
 
 
 def _collect(
-    engine: VulkanEngine,
-    most: int,
-    record: Callable[[spy.CommandEncoder, dict[str, DeviceBuffer]], None],
-    *,
-    nearest: bool,
-) -> Rays:
-    """What `record` writes into two buffers of `most` rows, without the rows of no ray."""
+    engine: VulkanEngine, most: int, record: Callable[[spy.CommandEncoder, dict[str, DeviceBuffer]], None]
+) -> tuple[dict[str, DeviceBuffer], NDArray[np.bool_]]:
+    """What `record` writes into ``origins`` and ``directions`` of `most` rows, and which of them are rays."""
     gpu = engine.gpu
-    room = {name: gpu.pool.take(most, "4f4", f"ray {name}") for name in ("origins", "directions")}
+    made = {name: gpu.pool.take(most, "4f4", f"ray {name}") for name in ("origins", "directions")}
     if most:
         with gpu.stage("limit") as encoder:
-            for buffer in room.values():
+            for buffer in made.values():
                 encoder.clear_buffer(buffer.raw)
-            record(encoder, room)
-    directions = room["directions"].numpy()
-    there = directions[:, :3].any(axis=1)
-    origins = gpu.pool.upload(room["origins"].numpy()[there], "ray origins")
-    return Rays(engine, origins, gpu.pool.upload(directions[there], "ray directions"), nearest)
+            record(encoder, made)
+    there = np.asarray(made["directions"].numpy()[:, :3].any(axis=1))
+    return made, there
