@@ -25,9 +25,9 @@ from .messages import messages_of
 from .mistakes import MISTAKES
 
 CHECKS = {
-    "core": {},
-    "sync": {"validate_sync": "true", "syncval_shader_accesses_heuristic": "true"},
-    "gpu": {"gpuav_enable": "true", "validate_core": "false"},
+    "core": {"enable_message_limit": "false"},
+    "sync": {"enable_message_limit": "false", "validate_sync": "true", "syncval_shader_accesses_heuristic": "true"},
+    "gpu": {"enable_message_limit": "false", "gpuav_enable": "true", "validate_core": "false"},
 }
 """Settings of the layer ``khronos_validation``."""
 
