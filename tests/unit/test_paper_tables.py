@@ -68,6 +68,7 @@ def test_the_parts_of_a_construction_are_its_whole(gpu: Any) -> None:
     total = ms.pop("total")
     assert list(ms)[:4] == ["bounds", "S1", "merge", "S2"] and all(part > 0 for part in ms.values())
     assert 0.5 * total < sum(ms.values()) <= total
+    assert construction_ms(gpu, lights, Params())["members"] > 0
 
 
 def test_a_factor_tells_how_many_times_as_fast() -> None:

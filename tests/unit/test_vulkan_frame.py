@@ -29,6 +29,7 @@ def refuse(*_: object) -> Any:
         {"interleave": 4},
         {"compensation": "path", "picker": "race"},
         {"shadow_points": "jitter", "filter": "bilateral"},
+        {"lighting": "raster"},
         {"construction": "scatter", "gather_range": "half_open", "filter": "none"},
     ],
     ids=str,

@@ -128,7 +128,7 @@ def test_the_scenes_show_what_is_tested(gpu: Any) -> None:
 
 
 def test_a_hierarchy_of_the_device_gives_the_same_members(gpu: Any) -> None:
-    """It has no member lists: they are made from its levels when they are first drawn from."""
+    """From lists that the device made, the core's draws from lists that it made of the same levels."""
     vulkan, cpu = engines(gpu, "gallery")
     _, gbuffer, _, params = inputs("gallery", "ours")
     hierarchy = vulkan.build_hierarchy(cpu.trace_vpls(params), params)

@@ -65,7 +65,7 @@ def construction_ms(gpu: Gpu, lights: Lights, params: Params) -> dict[str, float
     for span in spans.values():
         span.submission = whole.submission
     top = int(made.parts.on_host["top"])
-    there = {name: span.ms for name, span in spans.items() if name in ("bounds", "merge") or int(name[1:]) <= top}
+    there = {name: span.ms for name, span in spans.items() if not name[1:].isdigit() or int(name[1:]) <= top}
     return there | {"total": whole.ms}
 
 
@@ -130,11 +130,11 @@ class HierarchyBuild:
         with part("merge"):
             self._mark_coarse_levels()
             self._scan(coarse=True)
+            self._list_vertices(CLEAR_COARSE, coarse=True)
         gather = self._params.construction == "gather"
         from_finer = gather and not self._values["half_open"]
         for level in range(2, self.sizes.last_candidate + 1):
             with part(f"S{level}"):
-                self._run("vertices", "list_vertices", WORDS + level, level=level, lights=self.parts.lights)
                 if from_finer and level > 2:
                     self._run("sums", "coarsen", VERTICES + level, level=level, lights=self.parts.lights)
                 else:
@@ -152,7 +152,7 @@ class HierarchyBuild:
         with part("S1"):
             self._sort_inputs()
             self._scan(coarse=False)
-            self._run("vertices", "list_vertices", WORDS + 1, level=1, lights=self.parts.lights)
+            self._list_vertices(WORDS + 1, coarse=False)
             self._sum_level(1, source=0)
 
     def _choose_levels(self) -> None:
@@ -180,6 +180,9 @@ class HierarchyBuild:
         self._run("scan", "scan_blocks", [256, 1, 1], coarse=coarse)
         self._run("scan", "write_ranks", groups, coarse=coarse)
         self._run("scan", "set_offsets", [1, 1, 1], coarse=coarse)
+
+    def _list_vertices(self, words: int, *, coarse: bool) -> None:
+        self._run("vertices", "list_vertices", words, coarse=coarse, lights=self.parts.lights)
 
     def _mark_coarse_levels(self) -> None:
         self._run("vertices", "clear_coarse", CLEAR_COARSE)
