@@ -53,6 +53,7 @@ def test_the_screen_shows_the_picture_of_lab_render(visit: dict[str, Any]) -> No
 
 def test_keys_and_mouse_fly(visit: dict[str, Any]) -> None:
     assert 0.001 < visit["moved"] < 2
+    assert visit["read_back"] == 0, "frames stay on the device"
     assert visit["looked"] > 1
     assert visit["faster"] == pytest.approx(1.25)
     assert visit["back"] <= 1
@@ -61,6 +62,10 @@ def test_keys_and_mouse_fly(visit: dict[str, Any]) -> None:
 def test_layers_by_keys(visit: dict[str, Any]) -> None:
     assert visit["layer"] == "shadow_ratio_noisy"
     assert visit["overdraw"][0] == visit["overdraw"][1] > 1
+
+
+def test_the_picture_fills_a_window_of_another_size(visit: dict[str, Any]) -> None:
+    assert visit["resized"] == [64, 120, 3]
 
 
 def test_the_panel_changes_settings(visit: dict[str, Any]) -> None:

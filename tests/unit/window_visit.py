@@ -11,6 +11,7 @@ import json
 import struct
 import sys
 import time
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -22,6 +23,7 @@ from numpy.typing import NDArray
 import lab
 from lab.cli import main
 from lab.colour import to_bytes
+from lab.engine.vulkan.buffers import BufferPool
 from lab.engine.vulkan.window.os_window import OsWindow
 from lab.errors import LabError
 from lab.params import Params
@@ -91,6 +93,21 @@ class Visit:
             time.sleep(0.05)
         return part, difference
 
+    def read_back(self, run: Callable[[], None]) -> int:
+        """How often buffers came to the host meanwhile."""
+        download, count = BufferPool.download, [0]
+
+        def counted(pool: BufferPool, *arguments: Any) -> Any:
+            count[0] += 1
+            return download(pool, *arguments)
+
+        BufferPool.download = counted  # type: ignore[method-assign]
+        try:
+            run()
+        finally:
+            BufferPool.download = download  # type: ignore[method-assign]
+        return count[0]
+
     def panel(self) -> Any:
         assert self.view._screen is not None
         return self.view._screen.panel
@@ -110,7 +127,7 @@ class Visit:
 
         eye = np.array(viewer.flight.camera.eye)
         self.press("w", release=False)
-        self.frames(3)
+        found["read_back"] = self.read_back(lambda: self.frames(3))
         self.press("w")
         found["moved"] = float(np.linalg.norm(np.array(viewer.flight.camera.eye) - eye))
         self.mouse("button_down", 80, 40)
@@ -137,6 +154,12 @@ class Visit:
         assert counted is not None and self.view._screen is not None
         found["overdraw"] = [self.view._screen.presenter.ends()[1], int(counted.sum(axis=0).max())]
         viewer.choose_layer("colour")
+
+        self.window.raw.resize(120, 64)
+        self.frames(3)
+        found["resized"] = list(self.view.pixels().shape)
+        self.window.raw.resize(*SIZE)
+        self.frames(3)
 
         self.settings()
         self.press("f12")
