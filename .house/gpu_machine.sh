@@ -115,7 +115,7 @@ tables() {
 
 race() {
     local flags=()
-    [ -z "$quick" ] || flags=(--sizes 32x18 --frames 4 --pixels 8 --set vpls=500)
+    [ -z "$quick" ] || flags=(--sizes 64x36 --frames 64 --pixels 64 --set vpls=1000)
     "$python" -m lab.experiments.race_laboratory "$scene" -o "$results/race_laboratory.json" "${flags[@]}"
 }
 

@@ -15,7 +15,7 @@ die() {
 
 [ $# -ge 1 ] || die "name the folder: .house/pack_gpu.sh FOLDER [SCENE.glb ...]"
 version=${PYTHON_VERSION:-3.12}
-has=${MACHINE_HAS:-numpy scipy pillow rich pytest hypothesis cmake ninja packaging pathspec mypy-extensions typing-extensions}
+has=${MACHINE_HAS:-numpy scipy pillow rich pygments cmake ninja packaging pathspec sortedcontainers mypy-extensions typing-extensions}
 folder=$(mkdir -p "$1" && cd "$1" && pwd)
 shift
 scenes=()
@@ -45,7 +45,8 @@ for need in needs:
 PYTHON
 )
 # What these need in turn.
-wanted+=$'\n'$(printf '%s\n' 'dataclasses-json>=0.6' 'marshmallow>=3.18,<4' 'typing-inspect>=0.4' 'deprecated<2' 'wrapt<3')
+wanted+=$'\n'$(printf '%s\n' 'dataclasses-json>=0.6' 'marshmallow>=3.18,<4' 'typing-inspect>=0.4' 'deprecated<2' 'wrapt<3' 'pluggy>=1.6' \
+    'iniconfig>=2')
 
 platforms=()
 for glibc in 35 34 31 28 27 24 17; do platforms+=(--platform "manylinux_2_${glibc}_x86_64"); done

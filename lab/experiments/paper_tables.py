@@ -172,8 +172,19 @@ def measure(
             {"table": row.table, "name": row.name, "ms": row.ours, "paper_ms": row.paper, "factor": row.factor}
             for row in rows
         ],
+        "notes": _notes(sizes, card),
         "shadow_rays": {"count": rays, "per_s": 1e3 * rays / max(ours["median"], 1e-9)},
     }
+
+
+def _notes(sizes: Sizes, card: Record | None) -> list[str]:
+    """Why a ratio tells less than it seems to."""
+    notes = []
+    if sizes.growth != paper.VPLS:
+        notes.append("other numbers of VPLs than the paper's: to see that it runs, not to compare")
+    if card is not None and card["kind"] == "software":
+        notes.append(f"{card['name']} is no card: its driver computes on the processor")
+    return notes
 
 
 def print_rows(record: Record) -> None:
@@ -188,6 +199,8 @@ def print_rows(record: Record) -> None:
         ms = [f"{row['ms'][name]:>10.4g}" for name in ("median", "q1", "q3")]
         numbers = f"{' '.join(ms)} {row['paper_ms']:>9g} {row['factor']:>14.3g}"
         out.write(f"{row['table']:<9} {row['name']:<{wide}} {numbers}\n")
+    for note in record["notes"]:
+        out.write(f"note: {note}\n")
     rays = record["shadow_rays"]
     out.write(f"shadow rays: {rays['count']:,} a frame, {rays['per_s'] / 1e6:,.4g} million a second\n")
 

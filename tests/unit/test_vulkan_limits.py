@@ -106,3 +106,9 @@ def test_streaming_reads_every_number(gpu: Any) -> None:
     assert stream.bytes == 3 * 2**20
     assert 1e6 < stream.rate(2) < 1e14
     assert stream.read_back() == stream.bytes // 4
+
+
+def test_a_device_that_reads_too_little_is_told(gpu: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(StreamLimit, "read_back", lambda _: 16)
+    with pytest.raises(RuntimeError, match="has read 64"):
+        StreamLimit(gpu, 2**20)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,23 +50,23 @@ class StreamLimit:
         self._threads = [groups * _STREAM_THREADS, 1, 1]
         self._values = gpu.pool.take(self.bytes // 16, "4u4", "streamed")
         self._sums = gpu.pool.take(groups * _STREAM_THREADS, "u4", "sums of what was streamed")
-        seconds(gpu, lambda encoder: self._program("fill").dispatch(encoder, self._threads, values=self._values))
+        fill = gpu.program("limit_stream", "fill")
+        seconds(gpu, lambda encoder: fill.dispatch(encoder, self._threads, values=self._values))
+        seconds(gpu, self._read)
+        if (total := self.read_back()) != self.bytes // 4:
+            raise RuntimeError(f"of {self.bytes:,} bytes the device has read {4 * total:,}: it can't address them all")
 
     def rate(self, passes: int) -> float:
         """Bytes a second, the best of some passes."""
-
-        def read(encoder: spy.CommandEncoder) -> None:
-            self._program("read").dispatch(encoder, self._threads, values=self._values, sums=self._sums)
-
-        best = min(seconds(self._gpu, read) for _ in range(passes))
-        return self.bytes / best
+        return self.bytes / min(seconds(self._gpu, self._read) for _ in range(passes))
 
     def read_back(self) -> int:
-        """The sum of all numbers that were read: each is 1."""
+        """The sum of all numbers that were read last: each is 1."""
         return int(self._sums.numpy().sum(dtype=np.uint64))
 
-    def _program(self, entry: str) -> Any:
-        return self._gpu.program("limit_stream", entry)
+    def _read(self, encoder: spy.CommandEncoder) -> None:
+        program = self._gpu.program("limit_stream", "read")
+        program.dispatch(encoder, self._threads, values=self._values, sums=self._sums)
 
 
 @dataclass(frozen=True)
