@@ -138,7 +138,7 @@ class View:
                 anew=("render_gbuffer",) if viewer.options[EVERY_FRAME] else (),
                 counts=counts,
             )
-            if counts or not self._counts:  # then the host knows the number of levels anyway
+            if not self._counts:  # of the first frame; later ones are looked at now and then
                 self._counts = _grid_lights(frame)
         except LabError as error:
             if self.frame is None:
@@ -157,7 +157,10 @@ class View:
         """Reads what the panel tells of the device: times, numbers of lights, ends of the scale."""
         self._untimed.append((frame.stages_ms, self._engine.gpu.spans["present"]))
         self._read_times(1)
-        self._counts = _grid_lights(frame)
+        try:
+            self._counts = _grid_lights(frame)
+        except LabError as error:  # there are more lights than it has room for, as only the device knew
+            self.viewer.settings.message = str(error)
         self._scale_of = self.viewer.layer.name
         kind = find_layer(self._scale_of).kind
         low, high = screen.presenter.ends() if kind in (SCALAR, COUNT) else (0, len(self._counts) - 1)

@@ -117,6 +117,15 @@ def test_a_frame_without_counts_says_so(gpu: Any, render: Render) -> None:
         Presenter(gpu).pixels(render(counts=False), "overdraw", 1.0)
 
 
+@pytest.mark.parametrize("vpls", [1, 300])
+def test_counts_of_as_many_levels_as_there_are(gpu: Any, render: Render, vpls: int) -> None:
+    frame = render(Params(vpls=vpls, shadow_samples=0, first_level=1))
+    picture, ends = expected(frame, "overdraw")
+    presenter = Presenter(gpu)
+    difference = np.abs(presenter.pixels(frame, "overdraw", 1.0).astype(int) - picture)
+    assert ends[1] >= 1 and presenter.ends() == ends and (difference > 1).mean() < 0.002
+
+
 def test_an_rgb_ratio_and_a_frame_without_shadows(gpu: Any, render: Render) -> None:
     presenter = Presenter(gpu)
     coloured = render(PARAMS.replace(shadow_estimator="ratio_rgb", interleave=1, compensation="none"))

@@ -115,11 +115,11 @@ class _Values:
         source = getattr(lighting_parts(self.gpu, self.frame.lighting), base)
         if source is None:
             raise LabError(f"layer {self.name!r}: this frame was rendered without counting lights")
-        top = len(source) // self.view.pixels - 1
-        first, last = min(self.frame.params.first_level, top), top
+        levels = hierarchy_parts(self.gpu, self.frame.hierarchy)
+        first, last = self.frame.params.first_level, levels.most_levels - 1
         if part:
             first = last = int(part[1:])
-        self._run("take_counts", source=source, first_level=first, last_level=last)
+        self._run("take_counts", source=source, info=levels.info, first_level=first, last_level=last)
 
     def _pick(self, base: str, pick: int) -> None:
         lit = lighting_parts(self.gpu, self.frame.lighting)
