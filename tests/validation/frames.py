@@ -73,6 +73,8 @@ def main() -> int:
     parser.add_argument("--checks", choices=list(CHECKS), help="only this run; all by default")
     parser.add_argument("--only", default="", metavar="TEXT", help="only cases whose name has this in it")
     arguments = parser.parse_args()
+    if not any(arguments.only in name for name in CASES):
+        parser.error(f"--only {arguments.only!r}: no case has this in its name; there are\n  " + "\n  ".join(CASES))
     if arguments.checks and "VK_LAYER_SETTINGS_PATH" in os.environ:
         return 1 if run(arguments.checks, arguments.only) else 0
     failed = False
