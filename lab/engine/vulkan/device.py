@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from lab.engine.vulkan.adapters import Adapter, choose_adapter, import_slangpy, list_adapters, open_device
 from lab.engine.vulkan.buffers import BufferPool
@@ -16,6 +16,8 @@ from lab.engine.vulkan.timing import Clock, Span
 
 if TYPE_CHECKING:
     import slangpy as spy
+
+Program = TypeVar("Program", ComputeProgram, RayProgram, RasterProgram)
 
 
 class Gpu:
@@ -39,35 +41,34 @@ class Gpu:
         self.clock = Clock(self.device)
         self.spans: dict[str, Span] = {}
         self._collected: list[Span] | None = None
-        self._compute: dict[object, ComputeProgram] = {}
-        self._rays: dict[object, RayProgram] = {}
-        self._rasters: dict[object, RasterProgram] = {}
+        self._programs: dict[object, Any] = {}
 
     def program(self, module: str, entry: str, constants: Mapping[str, int] | None = None) -> ComputeProgram:
         """The compute shader `entry` of ``shaders/passes/<module>.slang``; made once.
 
         `constants`: values of the module's ``extern static const`` numbers, which are compiled in.
         """
-        key = module, entry, tuple(sorted((constants or {}).items()))
-        if key not in self._compute:
-            self._compute[key] = ComputeProgram(self.device, f"passes/{module}", entry, constants or {})
-        return self._compute[key]
+        return self._once(ComputeProgram, module, entry, constants)
 
     def ray_program(self, module: str, shaders: RayShaders, constants: Mapping[str, int] | None = None) -> RayProgram:
         """The ray tracing pipeline of ``shaders/passes/<module>.slang``; made once."""
-        key = module, shaders, tuple(sorted((constants or {}).items()))
-        if key not in self._rays:
-            self._rays[key] = RayProgram(self.device, f"passes/{module}", shaders, constants or {})
-        return self._rays[key]
+        return self._once(RayProgram, module, shaders, constants)
 
     def raster_program(
         self, module: str, shaders: RasterShaders, constants: Mapping[str, int] | None = None
     ) -> RasterProgram:
         """The raster pipeline of ``shaders/passes/<module>.slang``; made once."""
-        key = module, shaders, tuple(sorted((constants or {}).items()))
-        if key not in self._rasters:
-            self._rasters[key] = RasterProgram(self.device, f"passes/{module}", shaders, constants or {})
-        return self._rasters[key]
+        return self._once(RasterProgram, module, shaders, constants)
+
+    def _once(
+        self, kind: Callable[..., Program], module: str, shaders: object, constants: Mapping[str, int] | None
+    ) -> Program:
+        """A program of this `kind`, the first time, and the same one from then on."""
+        key = kind, module, shaders, tuple(sorted((constants or {}).items()))
+        if key not in self._programs:
+            self._programs[key] = kind(self.device, f"passes/{module}", shaders, constants or {})
+        made: Program = self._programs[key]
+        return made
 
     @contextmanager
     def stage(self, name: str) -> Iterator[spy.CommandEncoder]:
@@ -96,9 +97,7 @@ class Gpu:
 
     def close(self) -> None:
         """Gives the device back; nothing of it may be used from then on."""
-        self._compute.clear()
-        self._rays.clear()
-        self._rasters.clear()
+        self._programs.clear()
         self.spans.clear()
         self.pool.close()
         self.device.close()

@@ -7,13 +7,12 @@ from typing import TYPE_CHECKING
 
 from lab.engine.vulkan.gbuffer import gbuffer_parts
 from lab.engine.vulkan.hierarchy import hierarchy_parts
-from lab.engine.vulkan.lighting import LightingParts, device_lighting
+from lab.engine.vulkan.lighting import device_lighting, take_lighting
 from lab.engine.vulkan.uniforms import params_uniform
 from lab.params import Params
 from lab.records import GBuffer, Hierarchy, Lighting
 
 if TYPE_CHECKING:
-    from lab.engine.vulkan.buffers import DeviceBuffer
     from lab.engine.vulkan.device import Gpu
 
 _LANES = 64  # threads of a workgroup, as in light_tiled.slang
@@ -24,27 +23,14 @@ def light(
     gpu: Gpu, hierarchy: Hierarchy, gbuffer: GBuffer, params: Params, scene_radius: float, *, counts: bool
 ) -> Lighting:
     """The unshadowed light of every pixel and its shadow samples; see :class:`~lab.engine.engine.Engine`."""
-    lights, view, pool = hierarchy_parts(gpu, hierarchy), gbuffer_parts(gpu, gbuffer), gpu.pool
+    lights, view = hierarchy_parts(gpu, hierarchy), gbuffer_parts(gpu, gbuffer)
     n, samples = params.interleave, params.shadow_samples
     # A row of points is cut into runs, a picture into squares.
     tile = (_LANES, 1) if view.height == 1 else (8, _LANES // 8)
     tiles = [-(-length // (edge * n)) for length, edge in zip((view.width, view.height), tile, strict=True)]
 
-    def counters(label: str) -> DeviceBuffer:
-        return pool.take(lights.most_levels * view.pixels if counts else 1, "u4", label)
-
-    made = LightingParts(
-        view.width,
-        view.height,
-        samples,
-        irradiance=pool.take(view.pixels, "4f4", "irradiance"),
-        light=pool.take(view.pixels * samples, "i4", "picked lights"),
-        target_weight=pool.take(view.pixels * samples, "f4", "target weights"),
-        overdraw=counters("overdraw"),
-        lights_used=counters("lights used"),
-        visited=pool.take(tiles[0] * tiles[1] * n * n, "u4", "visited"),
-        lit_by=lights,
-    )
+    visited = gpu.pool.take(tiles[0] * tiles[1] * n * n, "u4", "visited")
+    made = replace(take_lighting(gpu, lights, view, samples, counts), visited=visited)
     with gpu.stage("light") as encoder:
         for counted in (made.overdraw, made.lights_used):
             if counts and counted is not None:  # levels that are not drawn, pixels that see nothing
@@ -67,7 +53,7 @@ def light(
                 target_weight=made.target_weight,
                 overdraw=made.overdraw,
                 lights_used=made.lights_used,
-                visited=made.visited,
+                visited=visited,
                 size=(view.width, view.height),
                 tile_width=tile[0],
                 first_sample=first,

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 from lab.engine.engine import check_lighting
 from lab.engine.vulkan.adapters import import_slangpy
 from lab.engine.vulkan.gbuffer import GBufferParts, gbuffer_parts
-from lab.engine.vulkan.hierarchy import HierarchyParts, hierarchy_parts
-from lab.engine.vulkan.lighting import LightingParts, device_lighting
+from lab.engine.vulkan.hierarchy import hierarchy_parts
+from lab.engine.vulkan.lighting import device_lighting, take_lighting
 from lab.engine.vulkan.program import RasterShaders
 from lab.engine.vulkan.uniforms import params_uniform
 from lab.errors import LabError
@@ -84,7 +84,9 @@ class RasterLighter:
         images = {"size": (view.width, view.height), "each": each, "n": n}
         picker = _PICKERS[params.reservoir_locks] if params.shadow_samples else 0
         two_sums = params.shadow_samples > 0 and params.first_shadow_level > params.first_level
-        made, picks = self._buffers(lights, view, params, counts), self._picks(view, params)
+        picks = self._picks(view, params)
+        fragments = gpu.pool.take(view.pixels if counts else 1, "u4", "fragments")
+        made = replace(take_lighting(gpu, lights, view, params.shadow_samples, counts), fragments=fragments)
         read = {
             "info": lights.info,
             "lights": lights.lights,
@@ -123,7 +125,7 @@ class RasterLighter:
                         tile=tile,
                         depth_unit=depth_unit,
                         reach=view.reach,
-                        fragments=made.fragments,
+                        fragments=fragments,
                         overdraw=made.overdraw,
                         lights_used=made.lights_used,
                         race_entries=picks.race,
@@ -163,22 +165,6 @@ class RasterLighter:
                 texture("d32_float", spy.TextureUsage.depth_stencil, "depth"),
             )
         return self._kept
-
-    def _buffers(self, lights: HierarchyParts, view: GBufferParts, params: Params, counts: bool) -> LightingParts:
-        pool, samples = self._gpu.pool, params.shadow_samples
-        rows = lights.most_levels * view.pixels if counts else 1
-        return LightingParts(
-            view.width,
-            view.height,
-            samples,
-            irradiance=pool.take(view.pixels, "4f4", "irradiance"),
-            light=pool.take(view.pixels * samples, "i4", "picked lights"),
-            target_weight=pool.take(view.pixels * samples, "f4", "target weights"),
-            overdraw=pool.take(rows, "u4", "overdraw"),
-            lights_used=pool.take(rows, "u4", "lights used"),
-            fragments=pool.take(view.pixels if counts else 1, "u4", "fragments"),
-            lit_by=lights,
-        )
 
     def _picks(self, view: GBufferParts, params: Params) -> _Picks:
         pool, locks = self._gpu.pool, params.reservoir_locks if params.shadow_samples else ""

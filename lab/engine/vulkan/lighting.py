@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lab.engine.vulkan.buffers import DeviceBuffer
-from lab.engine.vulkan.gbuffer import plane_of, rgb_of, upload_rgb
+from lab.engine.vulkan.gbuffer import GBufferParts, plane_of, rgb_of, upload_rgb
 from lab.engine.vulkan.hierarchy import HierarchyParts
 from lab.engine.vulkan.records import device_record, parts
 from lab.records import Lighting
@@ -43,6 +43,22 @@ class LightingParts:
     fragments: DeviceBuffer | None = None
     visited: DeviceBuffer | None = None
     lit_by: HierarchyParts | None = None
+
+
+def take_lighting(gpu: Gpu, lights: HierarchyParts, view: GBufferParts, samples: int, counts: bool) -> LightingParts:
+    """Buffers for shaders to fill; those of the counts are bound in any case, and a single row without `counts`."""
+    pool, counted = gpu.pool, lights.most_levels * view.pixels if counts else 1
+    return LightingParts(
+        view.width,
+        view.height,
+        samples,
+        irradiance=pool.take(view.pixels, "4f4", "irradiance"),
+        light=pool.take(view.pixels * samples, "i4", "picked lights"),
+        target_weight=pool.take(view.pixels * samples, "f4", "target weights"),
+        overdraw=pool.take(counted, "u4", "overdraw"),
+        lights_used=pool.take(counted, "u4", "lights used"),
+        lit_by=lights,
+    )
 
 
 def lighting_parts(gpu: Gpu, lighting: Lighting) -> LightingParts:
