@@ -56,7 +56,7 @@ double denominator_sum(const Planes& signal, const Units& units, int y) {
     }
     double total = hn::GetLane(hn::SumOfLanes(f64, sum));
     if (x < signal.width()) {
-        float rest[Planes::slack];
+        float rest[Planes::slack] = {};
         hn::StoreU(read.bright(signal.row(0, y) + x, units.numerators, units.denominators), f32, rest);
         for (int i = 0; x + i < signal.width(); ++i) total += std::max(rest[i], 0.0f);
     }

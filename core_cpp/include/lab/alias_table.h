@@ -31,18 +31,24 @@ inline std::uint32_t alias_draw(const AliasSlot* slots, std::uint64_t count, std
     return alias_item(slots[choice.slot], choice.rest);
 }
 
-// Makes tables; keeps its buffers from one to the next.
+// Makes tables; keeps its buffers from one call to the next.
 class AliasTables {
   public:
-    // Of slots (at least one) whose own items are set, for the `weight` (>= 0) of each. Items of weight 0 are never
-    // drawn, unless all are 0: then evenly. Weights below 2^-36 of the largest count as 0.
-    void fill(std::span<AliasSlot> table, std::span<const double> weight);
+    static constexpr std::size_t vector = 8;
+
+    // Of several tables, one after the other: table t has the slots from offset[t] - offset[0] up to the next one's.
+    // Its items are drawn in proportion to `weight` (>= 0); those of weight 0 never, unless all are 0: then evenly.
+    // Weights below 2^-36 of a table's largest count as 0. `weight` has room for one vector more.
+    void fill(std::span<AliasSlot> slots, std::span<const std::int64_t> offset, std::span<const std::uint32_t> item,
+              std::span<const double> weight);
 
   private:
+    struct Items {
+        std::vector<std::uint32_t> index;  // in their table
+        std::vector<std::uint64_t> share;
+    };
     std::vector<std::uint64_t> share_;  // of each item, in 2^-32 slots
-    std::vector<std::uint32_t> poor_, rich_;
-
-    void set_shares(std::span<const double> weight);
+    Items poor_, rich_;                 // of each table, and room for one more
 };
 
 }  // namespace lab
