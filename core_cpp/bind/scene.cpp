@@ -36,7 +36,7 @@ SceneData scene_data(const py::object& position, const py::object& normal, const
         const auto shape = t.attr("shape").cast<std::array<int, 3>>();
         if (shape[0] < 1 || shape[1] < 1 || shape[2] != 4)
             throw py::type_error("texture: expected (h, w, 4), at least one pixel");
-        data.textures.emplace_back(shape[1], shape[0], view<std::uint8_t>(t, "texture"));
+        data.textures.emplace_back(shape[1], shape[0], view<std::uint8_t>(t, "texture"), data.texels);
     }
     for (const glm::uvec3& t : data.triangle)
         if (t.x >= vertices || t.y >= vertices || t.z >= vertices)

@@ -49,12 +49,15 @@ RayLimit limit_vpl_rays(const Scene& scene, const Params& params, int repetition
 
 RayLimit limit_gbuffer_rays(const Scene& scene, const Camera& camera, int width, int height, int repetitions) {
     const PixelBlocks blocks(camera, width, height);
-    std::vector<Prepared> packets(static_cast<std::size_t>(blocks.columns()) * blocks.rows());
-    for (std::size_t b = 0; b < packets.size(); ++b) {
-        Prepared& p = packets[b];
-        const auto columns = static_cast<std::size_t>(blocks.columns());
-        p.count = blocks.rays(static_cast<int>(b % columns), static_cast<int>(b / columns), p.packet);
-        p.coherence = Coherence::coherent;
+    std::vector<Prepared> packets;
+    for (int i = 0; i < blocks.tiles(); ++i) {
+        const PixelBlocks::Tile tile = blocks.tile(i);
+        for (int row = tile.top; row < tile.bottom; ++row)
+            for (int column = tile.left; column < tile.right; ++column) {
+                Prepared& p = packets.emplace_back();
+                p.count = blocks.rays(column, row, p.packet);
+                p.coherence = Coherence::coherent;
+            }
     }
     return measure(scene, packets, RayTracer::Query::nearest, repetitions);
 }

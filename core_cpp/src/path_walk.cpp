@@ -33,7 +33,7 @@ void PathWalk::bounce(std::vector<PathPoint>& points, std::uint32_t bounce, std:
     std::size_t met = 0;
     for (std::size_t i = 0; i < alive; ++i) {
         if (!hits_[i].found()) continue;
-        Surface surface = scene_.surface(hits_[i], 0.0f);
+        Surface surface = scene_.surface(hits_[i]);
         PathPoint next = points[i];
         next.throughput *= surface.albedo;
         if (residual) {

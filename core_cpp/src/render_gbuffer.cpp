@@ -26,15 +26,21 @@ constexpr int lanes = RayPacket::size;
 using Lanes = float[lanes];
 
 int FillRays(const PixelBlocks& blocks, int column, int row, RayPacket& packet) {
-    const int left = column * PixelBlocks::side, top = row * PixelBlocks::side;
-    const int across = std::min(PixelBlocks::side, blocks.width() - left);
-    const int count = across * std::min(PixelBlocks::side, blocks.height() - top);
+    constexpr int side = PixelBlocks::side;
+    const int left = column * side, top = row * side;
+    const int across = std::min(side, blocks.width() - left);
+    const int count = across * std::min(side, blocks.height() - top);
     double x[lanes], y[lanes];
     for (int i = 0; i < lanes; ++i) {
-        const int pixel = std::min(i, count - 1);
-        x[i] = left + pixel % across + 0.5;
-        y[i] = top + pixel / across + 0.5;
+        x[i] = left + i % side + 0.5;
+        y[i] = top + i / side + 0.5;
     }
+    if (count < lanes)
+        for (int i = 0; i < lanes; ++i) {
+            const int pixel = std::min(i, count - 1);
+            x[i] = left + pixel % across + 0.5;
+            y[i] = top + pixel / across + 0.5;
+        }
     const CameraRays& camera = blocks.camera();
     const vec3 eye = camera.eye();
 #pragma omp simd
@@ -51,47 +57,61 @@ int FillRays(const PixelBlocks& blocks, int column, int row, RayPacket& packet) 
     return count;
 }
 
-// Sixteen hits, their corners and materials, column by column as the rows of Scene::vertices() and materials() are.
-struct Corners {
-    Lanes a[12], b[12], c[12], material[8];
+// Sixteen hits: what their triangles' corners have at them, and what the whole triangles have.
+struct alignas(64) Found {
+    Lanes normal[3], geometric_normal[3];  // as modelled
+    Lanes u, v, detail, levels;
 };
 
 // What the camera sees there.
-struct Seen {
+struct alignas(64) Seen {
     Lanes position[3], geometric_normal[3], normal[3], albedo[3], emission[3], depth;
-    Lanes u, v, level;  // of the texture; to the level comes log2(texels) / 2
 };
 
-void find_corners(const Scene& scene, const HitPacket& hits, int count, Corners& corners) {
-    const SceneData& data = scene.data();
-    std::uint32_t index[4][lanes];
-    for (int i = 0; i < lanes; ++i) {
-        const std::uint32_t t = i < count && hits.triangle[i] != Hit::none ? hits.triangle[i] : 0;
-        const glm::uvec3 corner = data.triangle[t];
-        index[0][i] = corner.x;
-        index[1][i] = corner.y;
-        index[2][i] = corner.z;
-        index[3][i] = data.material_of[t];
-    }
-    side_by_side<3>(scene.vertices().data(), index[0], lanes, corners.a);
-    side_by_side<3>(scene.vertices().data(), index[1], lanes, corners.b);
-    side_by_side<3>(scene.vertices().data(), index[2], lanes, corners.c);
-    side_by_side<2>(scene.materials().data(), index[3], lanes, corners.material);
-}
-
-// As Scene::surface() and Surface::turn_toward(), for all hits at once. The cross product in double, as there.
-void see_geometry(const RayPacket& rays, const HitPacket& hits, const Corners& corners, float pixel_angle, Seen& seen) {
-    const auto &a = corners.a, &b = corners.b, &c = corners.c;
+void find(const Scene& scene, const HitPacket& hits, Found& found, Seen& seen) {
+    using Corner = TriangleRow::Corner;
+    static_assert(sizeof(Corner) == 32 && sizeof(TriangleRow) == 128);
+    std::uint32_t triangle[lanes];
+    Lanes w;
 #pragma omp simd
     for (int i = 0; i < lanes; ++i) {
-        const float u = hits.u[i], v = hits.v[i], w = 1 - u - v;
-        for (int k = 0; k < 3; ++k) seen.position[k][i] = w * a[k][i] + u * b[k][i] + v * c[k][i];
-        const double ex = double{b[0][i]} - a[0][i], ey = double{b[1][i]} - a[1][i], ez = double{b[2][i]} - a[2][i];
-        const double fx = double{c[0][i]} - a[0][i], fy = double{c[1][i]} - a[1][i], fz = double{c[2][i]} - a[2][i];
-        const double cx = ey * fz - ez * fy, cy = ez * fx - ex * fz, cz = ex * fy - ey * fx;
-        const double length = std::sqrt(cx * cx + cy * cy + cz * cz), scale = length > 0 ? 1 / length : 0;
-        const float gx = static_cast<float>(cx * scale), gy = static_cast<float>(cy * scale);
-        const float gz = static_cast<float>(cz * scale);
+        triangle[i] = hits.triangle[i] != Hit::none ? hits.triangle[i] : 0;
+        w[i] = 1 - hits.u[i] - hits.v[i];
+    }
+    const TriangleRow* rows = scene.triangles().data();
+    alignas(64) float mean[lanes][8];  // of the corners
+    const hn::CappedTag<float, 8> row_tag;
+    for (int i = 0; i < lanes; ++i) {
+        const auto* corner = reinterpret_cast<const float*>(&rows[triangle[i]]);
+        const auto wa = hn::Set(row_tag, w[i]), ub = hn::Set(row_tag, hits.u[i]), vc = hn::Set(row_tag, hits.v[i]);
+        for (std::size_t k = 0; k < 8; k += hn::Lanes(row_tag)) {
+            const auto a = hn::LoadU(row_tag, corner + k), b = hn::LoadU(row_tag, corner + 8 + k);
+            const auto c = hn::LoadU(row_tag, corner + 16 + k);
+            hn::Store(hn::MulAdd(vc, c, hn::MulAdd(ub, b, hn::Mul(wa, a))), row_tag, mean[i] + k);
+        }
+    }
+    const hn::CappedTag<float, lanes> d;
+    for (std::size_t i = 0; i < lanes; i += hn::Lanes(d)) {
+        const auto store = [&](const auto& columns, float (&three)[3][lanes], float* fourth) HWY_ATTR {
+            for (int c = 0; c < 3; ++c) hn::StoreU(columns.at[c], d, three[c] + i);
+            hn::StoreU(columns.at[3], d, fourth + i);
+        };
+        const auto whole = [&](int j) HWY_ATTR { return reinterpret_cast<const float*>(&rows[triangle[i + j]]) + 24; };
+        store(four_columns(d, [&](int j) HWY_ATTR { return mean[i + j]; }), seen.position, found.u);
+        store(four_columns(d, [&](int j) HWY_ATTR { return mean[i + j] + 4; }), found.normal, found.v);
+        store(four_columns(d, whole), found.geometric_normal, found.detail);
+        store(four_columns(d, [&](int j) HWY_ATTR { return whole(j) + 4; }), seen.albedo, found.levels);
+    }
+}
+
+// As Scene::surface() and Surface::turn_toward(), for all hits at once. `level`: of the texture.
+void see(const CameraRays& camera, const RayPacket& rays, const HitPacket& hits, const Found& found, Seen& seen,
+         float* level) {
+    const float pixel_angle = camera.pixel_angle();
+#pragma omp simd
+    for (int i = 0; i < lanes; ++i) {
+        const float gx = found.geometric_normal[0][i], gy = found.geometric_normal[1][i];
+        const float gz = found.geometric_normal[2][i];
         const float dx = rays.direction_x[i], dy = rays.direction_y[i], dz = rays.direction_z[i];
         const float along = gx * dx + gy * dy + gz * dz;
         const float turn = along <= 0 ? 1.0f : -1.0f;
@@ -99,8 +119,7 @@ void see_geometry(const RayPacket& rays, const HitPacket& hits, const Corners& c
         seen.geometric_normal[1][i] = turn * gy;
         seen.geometric_normal[2][i] = turn * gz;
 
-        const float nx = w * a[4][i] + u * b[4][i] + v * c[4][i], ny = w * a[5][i] + u * b[5][i] + v * c[5][i];
-        const float nz = w * a[6][i] + u * b[6][i] + v * c[6][i];
+        const float nx = found.normal[0][i], ny = found.normal[1][i], nz = found.normal[2][i];
         const float n_length = std::sqrt(nx * nx + ny * ny + nz * nz);
         const bool smooth = n_length > 1e-6f;
         const float n_scale = 1 / (smooth ? n_length : 1.0f);
@@ -110,33 +129,43 @@ void see_geometry(const RayPacket& rays, const HitPacket& hits, const Corners& c
         seen.normal[1][i] = side * sy;
         seen.normal[2][i] = side * sz;
 
-        const float shown = along <= 0 ? 1.0f : corners.material[7][i];
-        for (int k = 0; k < 3; ++k) {
-            seen.albedo[k][i] = corners.material[k][i] * (w * a[8 + k][i] + u * b[8 + k][i] + v * c[8 + k][i]);
-            seen.emission[k][i] = shown > 0 ? corners.material[4 + k][i] : 0.0f;
-        }
-        seen.u[i] = w * a[3][i] + u * b[3][i] + v * c[3][i];
-        seen.v[i] = w * a[7][i] + u * b[7][i] + v * c[7][i];
-        // Texels per pixel: ratio of the triangle's areas in the texture and in space, by the ray's cone there.
-        const float eu = b[3][i] - a[3][i], ev = b[7][i] - a[7][i], fu = c[3][i] - a[3][i], fv = c[7][i] - a[7][i];
+        seen.depth[i] = camera.depth({dx, dy, dz}, hits.t[i]);
+        // Texels per pixel: those per length of the triangle, by the ray's cone there.
         const float cone = hits.t[i] * pixel_angle, slope = larger(0.05f, magnitude(along));
-        const float share = magnitude(eu * fv - ev * fu) / static_cast<float>(length) * (cone * cone / slope);
-        seen.level[i] = 0.5f * (natural_log(share) * std::numbers::log2e_v<float>);
+        level[i] = found.detail[i] + 0.5f * std::numbers::log2e_v<float> * natural_log(cone * cone / slope);
     }
 }
 
-// Depths, and zeros wherever the camera sees nothing.
-void finish(const CameraRays& camera, const RayPacket& rays, const HitPacket& hits, Seen& seen) {
-#pragma omp simd
+// What few scenes have: vertices with colours, and surfaces that emit.
+void see_colours(const Scene& scene, const HitPacket& hits, Seen& seen) {
     for (int i = 0; i < lanes; ++i) {
-        const vec3 direction(rays.direction_x[i], rays.direction_y[i], rays.direction_z[i]);
-        const float depth = camera.depth(direction, hits.t[i]);
-        seen.depth[i] = hits.triangle[i] != Hit::none ? depth : 0.0f;
+        if (hits.triangle[i] == Hit::none) continue;
+        const vec3 colour = scene.vertex_colour({hits.triangle[i], hits.t[i], hits.u[i], hits.v[i]});
+        for (int k = 0; k < 3; ++k) seen.albedo[k][i] *= colour[k];
     }
+}
+
+void see_emission(const Scene& scene, const RayPacket& rays, const HitPacket& hits, const Found& found, Seen& seen) {
+    const SceneData& data = scene.data();
+    for (int i = 0; i < lanes; ++i) {
+        if (hits.triangle[i] == Hit::none) continue;
+        const auto& g = found.geometric_normal;
+        const float along =
+            g[0][i] * rays.direction_x[i] + g[1][i] * rays.direction_y[i] + g[2][i] * rays.direction_z[i];
+        const Material& material = data.materials[data.material_of[hits.triangle[i]]];
+        const bool shown = along <= 0 || material.two_sided;
+        for (int k = 0; k < 3; ++k) seen.emission[k][i] = shown ? material.emission[k] : 0.0f;
+    }
+}
+
+// Zeros wherever the camera sees nothing.
+void hide_misses(const HitPacket& hits, Seen& seen) {
     for (auto* plane : {seen.position, seen.geometric_normal, seen.normal, seen.albedo, seen.emission})
         for (int k = 0; k < 3; ++k)
 #pragma omp simd
             for (int i = 0; i < lanes; ++i) plane[k][i] = hits.triangle[i] != Hit::none ? plane[k][i] : 0.0f;
+#pragma omp simd
+    for (int i = 0; i < lanes; ++i) seen.depth[i] = hits.triangle[i] != Hit::none ? seen.depth[i] : 0.0f;
 }
 
 vec3 lane(const Lanes* columns, int i) {
@@ -147,7 +176,7 @@ vec3 lane(const Lanes* columns, int i) {
 // before, and that the textures' memory comes while other blocks are traced.
 constexpr int strip_blocks = 4;
 
-struct Strip {
+struct alignas(64) Strip {
     static constexpr int width = strip_blocks * PixelBlocks::side, height = PixelBlocks::side;
     using Plane = vec3[height][width];
     Plane position, normal, geometric_normal, albedo, emission;
@@ -165,13 +194,13 @@ HWY_INLINE void put_block(const Lanes* columns, int left, Strip::Plane& plane) {
 }
 
 // The block at pixel `left` of the strip; `across`: how many pixels wide the image lets it be.
-HWY_INLINE void put(const Seen& seen, int left, int across, int count, Strip& strip) {
+HWY_INLINE void put(const Seen& seen, bool emits, int left, int across, int count, Strip& strip) {
     if (count == lanes) {
         put_block(seen.position, left, strip.position);
         put_block(seen.geometric_normal, left, strip.geometric_normal);
         put_block(seen.normal, left, strip.normal);
         put_block(seen.albedo, left, strip.albedo);
-        put_block(seen.emission, left, strip.emission);
+        if (emits) put_block(seen.emission, left, strip.emission);
         for (int row = 0; row < PixelBlocks::side; ++row)
             std::copy_n(seen.depth + row * PixelBlocks::side, PixelBlocks::side, strip.depth[row] + left);
         return;
@@ -187,10 +216,33 @@ HWY_INLINE void put(const Seen& seen, int left, int across, int count, Strip& st
     }
 }
 
+// A row of a whole strip, where it begins with a line of memory.
+template <class T>
+HWY_INLINE void put_lines(T* to, const T (&from)[Strip::width]) {
+    const hn::CappedTag<float, 16> d;
+    static_assert(sizeof from % 64 == 0);
+    if (reinterpret_cast<std::uintptr_t>(to) % 64 != 0) {
+        stream_copy(to, from, Strip::width);
+        return;
+    }
+    const auto* source = reinterpret_cast<const float*>(from);
+    auto* target = reinterpret_cast<float*>(to);
+    for (std::size_t i = 0; i < sizeof from / 4; i += hn::Lanes(d)) hn::Stream(hn::Load(d, source + i), d, target + i);
+}
+
 void store(const Strip& strip, const PixelBlocks& blocks, int left, int top, GBufferData& g) {
     const auto across = static_cast<std::size_t>(std::min(Strip::width, blocks.width() - left));
     for (int y = 0; y < std::min(Strip::height, blocks.height() - top); ++y) {
         const std::size_t first = static_cast<std::size_t>(top + y) * blocks.width() + left;
+        if (across == Strip::width) {
+            put_lines(&g.position[first], strip.position[y]);
+            put_lines(&g.geometric_normal[first], strip.geometric_normal[y]);
+            put_lines(&g.normal[first], strip.normal[y]);
+            put_lines(&g.albedo[first], strip.albedo[y]);
+            put_lines(&g.emission[first], strip.emission[y]);
+            put_lines(&g.depth[first], strip.depth[y]);
+            continue;
+        }
         stream_copy(&g.position[first], strip.position[y], across);
         stream_copy(&g.geometric_normal[first], strip.geometric_normal[y], across);
         stream_copy(&g.normal[first], strip.normal[y], across);
@@ -206,35 +258,53 @@ struct Traced {
     HitPacket hits;
     int count;
     Seen seen;
-    Lanes texture;
     TexelLanes texels;
 };
 
-void RenderRow(const Scene& scene, const PixelBlocks& blocks, int row, GBufferData& g) {
+void trace(const Scene& scene, const PixelBlocks& blocks, int column, int row, Traced& t) {
+    t.count = FillRays(blocks, column, row, t.rays);
+    scene.rays().intersect(t.rays, t.count, Coherence::coherent, t.hits);
+    for (int i = 0; i < lanes; ++i)
+        if (t.hits.triangle[i] != Hit::none) scene.prefetch_triangle(t.hits.triangle[i]);
+}
+
+void see_surfaces(const Scene& scene, const CameraRays& camera, Traced& t) {
+    Found found;
+    Lanes level;
+    find(scene, t.hits, found, t.seen);
+    see(camera, t.rays, t.hits, found, t.seen, level);
+    if (scene.coloured()) see_colours(scene, t.hits, t.seen);
+    if (scene.emits()) see_emission(scene, t.rays, t.hits, found, t.seen);
+    find_texels(scene, found.levels, found.u, found.v, level, t.texels);
+}
+
+bool any_miss(const HitPacket& hits) {
+    std::uint32_t any = 0;
+#pragma omp simd reduction(| : any)
+    for (int i = 0; i < lanes; ++i) any |= hits.triangle[i] == Hit::none ? 1u : 0u;
+    return any != 0;
+}
+
+// Memory is asked for one step ahead: triangles while rays are traced, texels while other blocks' surfaces are found.
+void RenderTile(const Scene& scene, const PixelBlocks& blocks, const PixelBlocks::Tile& tile, GBufferData& g) {
     Traced traced[strip_blocks];
-    Corners corners;
-    Strip strip;
-    for (int column = 0; column < blocks.columns(); column += strip_blocks) {
-        const int wide = std::min(strip_blocks, blocks.columns() - column);
-        for (int b = 0; b < wide; ++b) {
-            Traced& t = traced[b];
-            t.count = FillRays(blocks, column + b, row, t.rays);
-            scene.rays().intersect(t.rays, t.count, Coherence::coherent, t.hits);
-            find_corners(scene, t.hits, t.count, corners);
-            see_geometry(t.rays, t.hits, corners, g.pixel_angle, t.seen);
-            std::copy_n(corners.material[3], lanes, t.texture);
-            find_texels(scene, t.texture, t.seen.u, t.seen.v, t.seen.level, t.texels);
+    for (Traced& t : traced) std::fill(&t.seen.emission[0][0], &t.seen.emission[0][0] + 3 * lanes, 0.0f);
+    Strip strip{};
+    for (int row = tile.top; row < tile.bottom; ++row)
+        for (int column = tile.left; column < tile.right; column += strip_blocks) {
+            const int wide = std::min(strip_blocks, tile.right - column), left = column * PixelBlocks::side;
+            for (int b = 0; b < wide; ++b) trace(scene, blocks, column + b, row, traced[b]);
+            for (int b = 0; b < wide; ++b) see_surfaces(scene, blocks.camera(), traced[b]);
+            for (int b = 0; b < wide; ++b) {
+                Traced& t = traced[b];
+                multiply_textures(scene, t.texels, t.seen.albedo);
+                if (any_miss(t.hits)) hide_misses(t.hits, t.seen);
+                const int x = b * PixelBlocks::side;
+                const int across = std::min(PixelBlocks::side, blocks.width() - left - x);
+                put(t.seen, scene.emits(), x, across, t.count, strip);
+            }
+            store(strip, blocks, left, row * PixelBlocks::side, g);
         }
-        const int left = column * PixelBlocks::side;
-        for (int b = 0; b < wide; ++b) {
-            Traced& t = traced[b];
-            multiply_textures(t.texture, t.texels, t.seen.albedo);
-            finish(blocks.camera(), t.rays, t.hits, t.seen);
-            const int x = b * PixelBlocks::side;
-            put(t.seen, x, std::min(PixelBlocks::side, blocks.width() - left - x), t.count, strip);
-        }
-        store(strip, blocks, left, row * PixelBlocks::side, g);
-    }
     finish_streams();
 }
 
@@ -247,10 +317,15 @@ HWY_AFTER_NAMESPACE();
 namespace lab {
 
 HWY_EXPORT(FillRays);
-HWY_EXPORT(RenderRow);
+HWY_EXPORT(RenderTile);
 
 int PixelBlocks::rays(int column, int row, RayPacket& packet) const {
     return HWY_DYNAMIC_DISPATCH(FillRays)(*this, column, row, packet);
+}
+
+PixelBlocks::Tile PixelBlocks::tile(int i) const {
+    const int left = i % tiles_across() * tile_width, top = i / tiles_across() * tile_height;
+    return {left, top, std::min(left + tile_width, columns()), std::min(top + tile_height, rows())};
 }
 
 GBufferData render_gbuffer(const Scene& scene, const Camera& camera, int width, int height) {
@@ -261,7 +336,7 @@ GBufferData render_gbuffer(const Scene& scene, const Camera& camera, int width, 
     const PixelBlocks blocks(camera, width, height);
     g.pixel_angle = blocks.camera().pixel_angle();
 #pragma omp parallel for schedule(dynamic)
-    for (int row = 0; row < blocks.rows(); ++row) HWY_DYNAMIC_DISPATCH(RenderRow)(scene, blocks, row, g);
+    for (int i = 0; i < blocks.tiles(); ++i) HWY_DYNAMIC_DISPATCH(RenderTile)(scene, blocks, blocks.tile(i), g);
     return g;
 }
 

@@ -8,16 +8,6 @@
 #include "lab/luminance.h"
 
 namespace lab {
-namespace {
-
-vec3 unit_normal(const VertexRow& a, const VertexRow& b, const VertexRow& c) {
-    const glm::dvec3 from = a.position;
-    const glm::dvec3 n = glm::cross(glm::dvec3(b.position) - from, glm::dvec3(c.position) - from);
-    const double length = glm::length(n);
-    return length > 0 ? vec3(n / length) : vec3(0.0f);
-}
-
-}  // namespace
 
 Scene::Scene(SceneData data) : data_(std::move(data)) {
     vec3 low(std::numeric_limits<float>::max()), high = -low;
@@ -30,19 +20,53 @@ Scene::Scene(SceneData data) : data_(std::move(data)) {
     radius_ = 0.0f;
     for (const glm::uvec3& t : data_.triangle)
         for (int k = 0; k < 3; ++k) radius_ = std::max(radius_, glm::distance(centre_, data_.position[t[k]]));
-    vertices_.reserve(data_.position.size());
-    for (std::size_t i = 0; i < data_.position.size(); ++i)
-        vertices_.push_back({data_.position[i], data_.uv[i].x, data_.normal[i], data_.uv[i].y, data_.colour[i], 0.0f});
-    for (const Material& m : data_.materials)
-        materials_.push_back({m.base_colour, m.texture, m.emission, m.two_sided ? 1.0f : 0.0f});
-    for (const Texture& t : data_.textures) {
-        const std::vector<Mip>& mips = t.mips();
-        const auto last = static_cast<float>(mips.size() - 1);
-        textures_.push_back({static_cast<std::int32_t>(mips_.size()), last, 0.5f * t.log2_texels(), 0.0f});
-        mips_.insert(mips_.end(), mips.begin(), mips.end());
-    }
+    fill_rows();
     find_emitters();
     rays_ = std::make_unique<RayTracer>(data_);
+}
+
+void Scene::fill_rows() {
+    std::vector<std::int32_t> levels{-1};  // of each texture, behind those of none
+    for (const Texture& t : data_.textures) {
+        const auto follow = static_cast<std::int32_t>(t.mips().size() - 1);
+        levels.push_back(follow << TriangleRow::rows | static_cast<std::int32_t>(mips_.size()));
+        mips_.insert(mips_.end(), t.mips().begin(), t.mips().end());
+    }
+    if (!mips_.empty()) mips_.push_back(mips_.back());
+    triangles_.resize(data_.triangle.size());
+#pragma omp parallel for
+    for (std::size_t i = 0; i < data_.triangle.size(); ++i) {
+        const glm::uvec3 corner = data_.triangle[i];
+        const Material& material = data_.materials[data_.material_of[i]];
+        TriangleRow& row = triangles_[i];
+        for (int k = 0; k < 3; ++k) {
+            const std::uint32_t c = corner[k];
+            row.corner[k] = {data_.position[c], data_.uv[c].x, data_.normal[c], data_.uv[c].y};
+        }
+        const auto& [a, b, c] = row.corner;
+        const glm::dvec3 from = a.position;
+        const glm::dvec3 n = glm::cross(glm::dvec3(b.position) - from, glm::dvec3(c.position) - from);
+        const double length = glm::length(n);
+        row.geometric_normal = length > 0 ? vec3(n / length) : vec3(0.0f);
+        row.base_colour = material.base_colour;
+        row.levels = levels[std::max(material.texture, -1) + 1];
+        row.detail = 0.0f;
+        if (material.texture >= 0) {
+            const Texture& texture = data_.textures[material.texture];
+            const double eu = b.u - a.u, ev = b.v - a.v, fu = c.u - a.u, fv = c.v - a.v;
+            const double texels = static_cast<double>(texture.width()) * texture.height();
+            row.detail = static_cast<float>(0.5 * std::log2(std::abs(eu * fv - ev * fu) * texels / length));
+        }
+    }
+    const auto is_white = [](const vec3& colour) { return colour == vec3(1.0f); };
+    coloured_ = !std::all_of(data_.colour.begin(), data_.colour.end(), is_white);
+    const auto is_dark = [](const Material& m) { return m.emission == vec3(0.0f); };
+    emits_ = !std::all_of(data_.materials.begin(), data_.materials.end(), is_dark);
+}
+
+vec3 Scene::vertex_colour(const Hit& hit) const {
+    const glm::uvec3 t = data_.triangle[hit.triangle];
+    return (1 - hit.u - hit.v) * data_.colour[t.x] + hit.u * data_.colour[t.y] + hit.v * data_.colour[t.z];
 }
 
 vec3 Scene::point_on(std::uint32_t triangle, float u, float v) const {
@@ -51,8 +75,7 @@ vec3 Scene::point_on(std::uint32_t triangle, float u, float v) const {
 }
 
 vec3 Scene::triangle_normal(std::uint32_t triangle) const {
-    const glm::uvec3 t = data_.triangle[triangle];
-    return unit_normal(vertices_[t.x], vertices_[t.y], vertices_[t.z]);
+    return triangles_[triangle].geometric_normal;
 }
 
 void Scene::find_emitters() {
@@ -92,53 +115,47 @@ bool Surface::turn_toward(const vec3& arriving) {
 
 namespace {
 
-vec2 texture_point(const VertexRow& a, const VertexRow& b, const VertexRow& c, const Hit& hit) {
+vec2 texture_point(const TriangleRow& row, const Hit& hit) {
+    const auto& [a, b, c] = row.corner;
     const float w = 1 - hit.u - hit.v;
     return w * vec2(a.u, a.v) + hit.u * vec2(b.u, b.v) + hit.v * vec2(c.u, c.v);
 }
 
 }  // namespace
 
-void Scene::prefetch(const Hit& hit) const {
-    const int texture = materials_[data_.material_of[hit.triangle]].texture;
-    if (texture < 0) return;
-    const glm::uvec3 t = data_.triangle[hit.triangle];
-    data_.textures[texture].prefetch(texture_point(vertices_[t.x], vertices_[t.y], vertices_[t.z], hit));
+void Scene::prefetch_texels(const Hit& hit) const {
+    const TriangleRow& row = triangles_[hit.triangle];
+    if (row.levels >= 0)
+        mips_[row.levels & TriangleRow::row_bits].prefetch(data_.texels.data(), texture_point(row, hit));
 }
 
 Hit Scene::settled(const Ray& ray, const Hit& hit) const {
-    const glm::uvec3 t = data_.triangle[hit.triangle];
-    const vec2 uv =
-        settled_barycentrics({hit.u, hit.v}, barycentrics(ray.origin, ray.direction, vertices_[t.x].position,
-                                                          vertices_[t.y].position, vertices_[t.z].position));
+    const auto& [a, b, c] = triangles_[hit.triangle].corner;
+    const vec2 anew = barycentrics(ray.origin, ray.direction, a.position, b.position, c.position);
+    const vec2 uv = settled_barycentrics({hit.u, hit.v}, anew);
     return {hit.triangle, hit.t, uv.x, uv.y};
 }
 
-Surface Scene::surface(const Hit& hit, float footprint) const {
-    const glm::uvec3 t = data_.triangle[hit.triangle];
-    const VertexRow &a = vertices_[t.x], &b = vertices_[t.y], &c = vertices_[t.z];
+Surface Scene::surface(const Hit& hit) const {
+    const TriangleRow& row = triangles_[hit.triangle];
+    const auto& [a, b, c] = row.corner;
     const float w = 1 - hit.u - hit.v;
-    const MaterialRow& material = materials_[data_.material_of[hit.triangle]];
     Surface s;
     s.position = w * a.position + hit.u * b.position + hit.v * c.position;
-    s.geometric_normal = unit_normal(a, b, c);
+    s.geometric_normal = row.geometric_normal;
     const vec3 n = w * a.normal + hit.u * b.normal + hit.v * c.normal;
     const float length = glm::length(n);
     s.normal = length > 1e-6f ? n / length : s.geometric_normal;
-    s.albedo = material.base_colour * (w * a.colour + hit.u * b.colour + hit.v * c.colour);
-    s.emission = material.emission;
-    s.emits_back = material.emits_back > 0;
-    if (material.texture >= 0) {
-        const Texture& texture = data_.textures[material.texture];
-        float level = 0;
-        if (footprint > 0) {  // texels per pixel: ratio of the triangle's areas in texels and in space
-            const float eu = b.u - a.u, ev = b.v - a.v, fu = c.u - a.u, fv = c.v - a.v;
-            const float texels = std::abs(eu * fv - ev * fu) * static_cast<float>(texture.width()) *
-                                 static_cast<float>(texture.height());
-            const float area = glm::length(glm::cross(b.position - a.position, c.position - a.position));
-            level = 0.5f * std::log2(texels / area * footprint * footprint);
-        }
-        s.albedo *= texture.sample(texture_point(a, b, c, hit), level);
+    s.albedo = row.base_colour;
+    if (coloured_) s.albedo *= vertex_colour(hit);
+    if (row.levels >= 0)
+        s.albedo *= mips_[row.levels & TriangleRow::row_bits].sample(data_.texels.data(), texture_point(row, hit));
+    s.emission = vec3(0.0f);
+    s.emits_back = false;
+    if (emits_) {
+        const Material& material = data_.materials[data_.material_of[hit.triangle]];
+        s.emission = material.emission;
+        s.emits_back = material.two_sided;
     }
     return s;
 }

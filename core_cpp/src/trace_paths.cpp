@@ -81,7 +81,7 @@ class FirstHits {
         at.each([&](int x, int y, std::size_t slot) {
             emission[slot] = vec3(0.0f);
             if (!hits_[slot].found()) return;
-            Surface s = scene_.surface(hits_[slot], 0.0f);
+            Surface s = scene_.surface(hits_[slot]);
             const bool front = s.turn_toward(rays_[slot].direction);
             if (front || s.emits_back) emission[slot] = s.emission;
             points.push_back({{s.position, s.normal, s.geometric_normal},

@@ -46,11 +46,13 @@ Chunk trace_chunk(const Scene& scene, const LightPaths& lights, std::int64_t fir
         if (see) see(rays);
         scene.rays().intersect(rays, hits, Coherence::incoherent);
         for (const Hit& hit : hits)
-            if (hit.found()) scene.prefetch(hit);
+            if (hit.found()) scene.prefetch_triangle(hit.triangle);
+        for (const Hit& hit : hits)
+            if (hit.found()) scene.prefetch_texels(hit);
         std::size_t alive = 0;
         for (std::size_t i = 0; i < rays.size(); ++i) {
             if (!hits[i].found()) continue;
-            Surface surface = scene.surface(scene.settled(rays[i], hits[i]), 0.0f);
+            Surface surface = scene.surface(scene.settled(rays[i], hits[i]));
             const vec3 flux = walkers[i].flux * surface.albedo;
             if (!(flux.x > 0 || flux.y > 0 || flux.z > 0)) continue;
             surface.turn_toward(rays[i].direction);

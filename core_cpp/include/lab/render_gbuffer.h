@@ -30,7 +30,18 @@ class PixelBlocks {
     // pixel (i % 4, i / 4) of the block.
     int rays(int column, int row, RayPacket& packet) const;
 
+    // What one thread takes at a time, in blocks: rays of a tile meet the same parts of the tree.
+    struct Tile {
+        int left, top, right, bottom;
+    };
+    int tiles() const { return tiles_across() * ((rows() + tile_height - 1) / tile_height); }
+    Tile tile(int i) const;
+
   private:
+    static constexpr int tile_width = 32, tile_height = 8;
+
+    int tiles_across() const { return (columns() + tile_width - 1) / tile_width; }
+
     CameraRays camera_;
     int width_, height_;
 };

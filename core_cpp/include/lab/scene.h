@@ -52,30 +52,28 @@ struct SceneData {
     std::vector<std::uint32_t> material_of;  // of each triangle
     std::vector<Material> materials;
     std::vector<Texture> textures;
+    Buffer<Texel> texels;  // of all textures
     std::vector<SunLight> suns;
     std::vector<PointLight> points;
     std::vector<SpotLight> spots;
 };
 
-// A vertex and a material in one row each, for those who look at many in any order.
-struct VertexRow {
-    vec3 position;
-    float u;
-    vec3 normal;
-    float v;
-    vec3 colour;
-    float unused;
-};
-struct MaterialRow {
+// All that most hits need of their triangle, in two lines of memory.
+struct alignas(64) TriangleRow {
+    struct Corner {
+        vec3 position;
+        float u;
+        vec3 normal;
+        float v;
+    };
+    Corner corner[3];
+    vec3 geometric_normal;
+    float detail;  // log2 of the edge of its picture in the full texture, in texels, over its own edge
     vec3 base_colour;
-    std::int32_t texture;
-    vec3 emission;
-    float emits_back;  // 1 or 0
-};
-// And a texture: its levels are rows `first_mip` .. `first_mip` + `last` of Scene::mips().
-struct TextureRow {
-    std::int32_t first_mip;
-    float last, half_log2_texels, unused;
+    std::int32_t levels;  // of its texture: row of Scene::mips(), and from bit `rows` on how many follow; -1: none
+
+    static constexpr int rows = 26;
+    static constexpr std::int32_t row_bits = (1 << rows) - 1;
 };
 
 // What a ray found. Normals are as modelled until they are turned.
@@ -95,20 +93,29 @@ class Scene {
 
     const SceneData& data() const { return data_; }
     const RayTracer& rays() const { return *rays_; }
-    const std::vector<VertexRow>& vertices() const { return vertices_; }
-    const std::vector<MaterialRow>& materials() const { return materials_; }
-    const std::vector<TextureRow>& textures() const { return textures_; }
+    const Buffer<TriangleRow>& triangles() const { return triangles_; }
+    // Of all textures; behind the last one's is another, for those who always look at two.
     const std::vector<Mip>& mips() const { return mips_; }
+    bool coloured() const { return coloured_; }  // some vertex has a colour other than white
+    bool emits() const { return emits_; }        // some material has an emission
+    // The vertices' colours at `hit`.
+    vec3 vertex_colour(const Hit& hit) const;
     const std::vector<Emitter>& emitters() const { return emitters_; }
     vec3 centre() const { return centre_; }
     float radius() const { return radius_; }
 
-    // The surface at `hit`. `footprint`: width of the ray's cone there, 0 for the textures' full resolution.
-    Surface surface(const Hit& hit, float footprint) const;
+    // The surface at `hit`, by the textures' full resolution.
+    Surface surface(const Hit& hit) const;
     // The hit with barycentrics that depend on the ray and the triangle alone, not on the ray tracer.
     Hit settled(const Ray& ray, const Hit& hit) const;
-    // Brings near what surface(hit, 0) will read: of many hits in any order, each would wait for memory on its own.
-    void prefetch(const Hit& hit) const;
+    // Bring near what surface(hit) will read, the texels once the triangle is here: of many hits in any order, each
+    // would wait for memory on its own.
+    LAB_INLINE void prefetch_triangle(std::uint32_t triangle) const {
+        const auto* row = reinterpret_cast<const char*>(&triangles_[triangle]);
+        hwy::Prefetch(row);
+        hwy::Prefetch(row + 64);
+    }
+    void prefetch_texels(const Hit& hit) const;
     // `point` moved off its surface by what float can resolve here, to the side that `normal` shows to.
     vec3 off_surface(const vec3& point, const vec3& normal) const {
         const vec3 size = glm::abs(point);
@@ -129,14 +136,14 @@ class Scene {
   private:
     SceneData data_;
     std::unique_ptr<RayTracer> rays_;
-    std::vector<VertexRow> vertices_;
-    std::vector<MaterialRow> materials_;
-    std::vector<TextureRow> textures_;
+    Buffer<TriangleRow> triangles_;
     std::vector<Mip> mips_;
     std::vector<Emitter> emitters_;
     vec3 centre_{0.0f};
     float radius_ = 1.0f;
+    bool coloured_ = false, emits_ = false;
 
+    void fill_rows();
     void find_emitters();
 };
 

@@ -15,29 +15,56 @@ HWY_BEFORE_NAMESPACE();
 namespace lab {
 namespace HWY_NAMESPACE {
 
-// The first 4 * quads columns of rows[index[i]], i < count (a multiple of 4): four rows at a time, squares of 4 x 4
-// numbers transposed. A wide gather fetches every number by itself, this a quarter of a row at once.
+// Four numbers of as many rows as vectors of D have lanes.
+template <class D>
+struct FourColumns {
+    hwy::HWY_NAMESPACE::Vec<D> at[4];
+};
+
+// Rows i, i + 4, i + 8 .. in the 16-byte blocks of a vector.
+template <class D, class RowAt>
+HWY_INLINE hwy::HWY_NAMESPACE::Vec<D> blocks_of_rows(D d, const RowAt& row, int i) {
+    namespace hn = hwy::HWY_NAMESPACE;
+    if constexpr (hn::MaxLanes(D()) == 4) {
+        return hn::LoadU(d, row(i));
+    } else {
+        const hn::Half<D> half;
+        constexpr int rows = hn::MaxLanes(D()) / 2;
+        return hn::Combine(d, blocks_of_rows(half, row, i + rows), blocks_of_rows(half, row, i));
+    }
+}
+
+// Those that lie at row(i). Squares of 4 x 4 numbers transposed. A wide gather fetches every number by itself, this a
+// quarter of a row at once.
+template <class D, class RowAt>
+HWY_INLINE FourColumns<D> four_columns(D d, const RowAt& row) {
+    namespace hn = hwy::HWY_NAMESPACE;
+    const auto a = blocks_of_rows(d, row, 0), b = blocks_of_rows(d, row, 1);
+    const auto c = blocks_of_rows(d, row, 2), e = blocks_of_rows(d, row, 3);
+    const auto low_ac = hn::InterleaveLower(d, a, c), low_be = hn::InterleaveLower(d, b, e);
+    const auto high_ac = hn::InterleaveUpper(d, a, c), high_be = hn::InterleaveUpper(d, b, e);
+    return {{hn::InterleaveLower(d, low_ac, low_be), hn::InterleaveUpper(d, low_ac, low_be),
+             hn::InterleaveLower(d, high_ac, high_be), hn::InterleaveUpper(d, high_ac, high_be)}};
+}
+
+// The first 4 * quads columns of rows[index[i]], i < count (a multiple of 4).
 template <int quads, class Row, std::size_t capacity>
 HWY_INLINE void side_by_side(const Row* rows, const std::uint32_t* index, int count, float (*columns)[capacity]) {
     namespace hn = hwy::HWY_NAMESPACE;
     static_assert(sizeof(Row) % 16 == 0 && sizeof(Row) >= quads * 16);
-    const hn::Full128<float> d;
-    for (int i = 0; i < count; i += 4) {
-        const auto* a = reinterpret_cast<const float*>(rows + index[i]);
-        const auto* b = reinterpret_cast<const float*>(rows + index[i + 1]);
-        const auto* c = reinterpret_cast<const float*>(rows + index[i + 2]);
-        const auto* e = reinterpret_cast<const float*>(rows + index[i + 3]);
+    const auto bring = [=](auto d, int i) HWY_ATTR {
         for (int q = 0; q < quads; ++q) {
-            const auto va = hn::LoadU(d, a + 4 * q), vb = hn::LoadU(d, b + 4 * q);
-            const auto vc = hn::LoadU(d, c + 4 * q), ve = hn::LoadU(d, e + 4 * q);
-            const auto low_ac = hn::InterleaveLower(d, va, vc), low_be = hn::InterleaveLower(d, vb, ve);
-            const auto high_ac = hn::InterleaveUpper(d, va, vc), high_be = hn::InterleaveUpper(d, vb, ve);
-            hn::StoreU(hn::InterleaveLower(d, low_ac, low_be), d, columns[4 * q] + i);
-            hn::StoreU(hn::InterleaveUpper(d, low_ac, low_be), d, columns[4 * q + 1] + i);
-            hn::StoreU(hn::InterleaveLower(d, high_ac, high_be), d, columns[4 * q + 2] + i);
-            hn::StoreU(hn::InterleaveUpper(d, high_ac, high_be), d, columns[4 * q + 3] + i);
+            const auto found = four_columns(
+                d, [=](int j) HWY_ATTR { return reinterpret_cast<const float*>(rows + index[i + j]) + 4 * q; });
+            for (int c = 0; c < 4; ++c) hn::StoreU(found.at[c], d, columns[4 * q + c] + i);
         }
-    }
+    };
+    const hn::CappedTag<float, 16> wide;
+    constexpr int lanes = hn::MaxLanes(wide);
+    int i = 0;
+    for (; i + lanes <= count; i += lanes) bring(wide, i);
+    if constexpr (lanes > 4)
+        for (; i < count; i += 4) bring(hn::Full128<float>(), i);
 }
 
 }  // namespace HWY_NAMESPACE

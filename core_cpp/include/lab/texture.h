@@ -4,6 +4,7 @@
 #include <hwy/cache_control.h>
 
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <glm/glm.hpp>
@@ -15,6 +16,27 @@
 #include "lab/simd.h"
 
 namespace lab {
+
+// A colour in linear light, so that nobody who looks at it has to decode sRGB. Each channel plus `texel_bias` is a
+// float in [2^-15, 2): all of these begin with the same five bits, and of the rest the first 21 are kept (`texel_bits`,
+// relative error 2^-18). Red stands at its place in the lower word and green in the upper; what they leave free holds
+// blue, turned round: its last 11 bits and its first 10.
+using Texel = std::uint64_t;
+constexpr float texel_bias = 0x1p-15f;
+constexpr std::uint32_t texel_base = 0x38000000u, texel_bits = 0x07ffffc0u;
+constexpr std::uint32_t blue_low = 0x0001ffc0u, blue_high = 0x07fe0000u;
+constexpr int blue_low_turn = 11, blue_high_turn = 22;
+
+LAB_INLINE float texel_channel(std::uint32_t bits) {
+    return std::bit_cast<float>((bits & texel_bits) | texel_base) - texel_bias;
+}
+
+LAB_INLINE glm::vec3 linear_colour(Texel texel) {
+    const auto low = static_cast<std::uint32_t>(texel), high = static_cast<std::uint32_t>(texel >> 32);
+    const std::uint32_t blue =
+        (std::rotl(low, blue_low_turn) & blue_low) | (std::rotl(high, blue_high_turn) & blue_high);
+    return {texel_channel(low), texel_channel(high), texel_channel(blue)};
+}
 
 // The four texels around a point, and where it lies between them: the first, its right neighbour, and both of the next
 // row. Images keep a column and a row more than they show, of what comes next where they repeat.
@@ -43,63 +65,43 @@ LAB_INLINE TexelSquare texel_square(int width, int height, const glm::vec2& uv) 
     return f;
 }
 
-extern const std::array<float, 256> linear_of_srgb;
-
-// One level of detail: rows of width + 1 texels, height + 1 of them.
+// One level of detail: rows of width + 1 texels, height + 1 of them, from number `first` of all texels on.
 struct Mip {
-    const std::uint8_t* rgba;
-    std::int32_t width, height;
+    std::uint32_t first;
+    std::int32_t width, height, unused;
+
+    // Linear RGB at uv (v down).
+    LAB_INLINE glm::vec3 sample(const Texel* texels, const glm::vec2& uv) const {
+        const TexelSquare f = texel_square(width, height, uv);
+        const float high = f.fx * f.fy, weight[4] = {1 - f.fx - f.fy + high, f.fx - high, f.fy - high, high};
+        const Texel *upper = texels + first + f.first, *lower = upper + width + 1;
+        glm::vec3 sum = weight[0] * linear_colour(upper[0]);
+        sum += weight[1] * linear_colour(upper[1]);
+        sum += weight[2] * linear_colour(lower[0]);
+        sum += weight[3] * linear_colour(lower[1]);
+        return sum;
+    }
+    // Brings near what sample() reads.
+    LAB_INLINE void prefetch(const Texel* texels, const glm::vec2& uv) const {
+        const Texel* upper = texels + first + texel_square(width, height, uv).first;
+        hwy::Prefetch(upper);
+        hwy::Prefetch(upper + width + 1);
+    }
 };
-static_assert(sizeof(Mip) == 16, "side_by_side.h takes rows of 16 bytes");
 
 class Texture {
   public:
-    Texture(int width, int height, std::span<const std::uint8_t> rgba);
-    Texture(Texture&&) = default;
-    Texture& operator=(Texture&&) = default;
+    // Puts its texels behind those that are there. Throws std::length_error where that are too many.
+    Texture(int width, int height, std::span<const std::uint8_t> rgba, Buffer<Texel>& texels);
 
-    // Linear RGB at uv (v down); level 0 is the full image, fractions blend two mip levels.
-    LAB_INLINE glm::vec3 sample(const glm::vec2& uv, float level) const {
-        const float last = static_cast<float>(mips_.size() - 1);
-        const float l = level > 0 ? smaller(level, last) : 0.0f;  // NaN falls to 0
-        const auto low = static_cast<std::uint32_t>(l);
-        const glm::vec3 fine = bilinear(mips_[low], uv);
-        const float fraction = l - static_cast<float>(low);
-        if (!(fraction > 0)) return fine;
-        return fine + fraction * (bilinear(mips_[low + 1], uv) - fine);
-    }
-    // What sample(uv, 0) reads.
-    LAB_INLINE void prefetch(const glm::vec2& uv) const {
-        const Mip& mip = mips_[0];
-        const std::uint8_t* upper = mip.rgba + 4 * texel_square(mip.width, mip.height, uv).first;
-        hwy::Prefetch(upper);
-        hwy::Prefetch(upper + 4 * (static_cast<std::size_t>(mip.width) + 1));
-    }
     float alpha(const glm::vec2& uv) const;  // of the full image
-    float log2_texels() const { return log2_texels_; }
     int width() const { return mips_[0].width; }
     int height() const { return mips_[0].height; }
     const std::vector<Mip>& mips() const { return mips_; }
 
   private:
     std::vector<Mip> mips_;
-    Buffer<std::uint8_t> texels_;      // of all levels
     std::vector<std::uint8_t> alpha_;  // of the full image, by itself; empty where it is 1 everywhere
-    float log2_texels_;
-
-    static LAB_INLINE glm::vec3 bilinear(const Mip& mip, const glm::vec2& uv) {
-        const TexelSquare f = texel_square(mip.width, mip.height, uv);
-        const float high = f.fx * f.fy, weight[4] = {1 - f.fx - f.fy + high, f.fx - high, f.fy - high, high};
-        const std::uint8_t* upper = mip.rgba + 4 * f.first;
-        const std::uint8_t* lower = upper + 4 * (static_cast<std::size_t>(mip.width) + 1);
-        const std::uint8_t* const texel[4] = {upper, upper + 4, lower, lower + 4};
-        glm::vec3 sum(0.0f);
-        for (int k = 0; k < 4; ++k) {
-            const std::uint8_t* p = texel[k];
-            sum += weight[k] * glm::vec3(linear_of_srgb[p[0]], linear_of_srgb[p[1]], linear_of_srgb[p[2]]);
-        }
-        return sum;
-    }
 };
 
 }  // namespace lab

@@ -7,9 +7,9 @@
 #endif
 
 #include <hwy/cache_control.h>
+#include <hwy/highway.h>
 
 #include <bit>
-#include <cstring>
 
 #include "lab/scene.h"
 #include "lab/side_by_side.h"
@@ -21,37 +21,26 @@ namespace {
 
 constexpr int texture_lanes = 16;
 
-// linear_of_srgb by arithmetic, within 2e-6: gathers from a table take several times as long.
-HWY_INLINE float linear_lane(std::uint32_t srgb) {
-    constexpr float unit = 1 / 255.0f;
-    const float s = static_cast<float>(static_cast<std::int32_t>(srgb)) * unit;
-    float power = -0.272159040f + 0.0607455224f * s;  // ((s + 0.055) / 1.055)^2.4
-    power = 0.535986423f + power * s;
-    power = -0.656709254f + power * s;
-    power = 0.801776648f + power * s;
-    power = 0.494895130f + power * s;
-    power = 0.0345933698f + power * s;
-    power = 0.000872814388f + power * s;
-    return s <= 0.04045f ? s * (1 / 12.92f) : power;
-}
-
-// The eight texels around each point, four of each of two levels: where the rows of each square begin, and their
-// weights.
-struct TexelLanes {
-    const std::uint8_t *upper[2][texture_lanes], *lower[2][texture_lanes];
+// The eight texels around each point, four of each of two levels: the first of each pair, and their weights.
+struct alignas(64) TexelLanes {
+    std::uint32_t pair[4][texture_lanes];  // fine level: upper row, lower row; the same of the coarse one
     float weight[8][texture_lanes];
-    bool none;  // no point lies on a texture
+    std::int32_t levels[texture_lanes];
+    int used;  // levels: 0 where no point lies on a texture, 1 where each lies on its finest
 };
 
 // Where the squares of one level lie, and the weights within, times `share`.
-HWY_INLINE void place_squares(const float (&mip)[4][texture_lanes], const float* u, const float* v, const float* share,
-                              std::uint32_t* first, float (*weight)[texture_lanes]) {
+HWY_INLINE void place_squares(const float (*mip)[texture_lanes], const float* u, const float* v, const float* share,
+                              std::uint32_t (*pair)[texture_lanes], float (*weight)[texture_lanes]) {
 #pragma omp simd
     for (int i = 0; i < texture_lanes; ++i) {
-        const auto width = std::bit_cast<std::int32_t>(mip[2][i]), height = std::bit_cast<std::int32_t>(mip[3][i]);
+        const auto width = std::bit_cast<std::int32_t>(mip[1][i]), height = std::bit_cast<std::int32_t>(mip[2][i]);
         int x, y;
         const float fx = texel_place(u[i], width, x), fy = texel_place(v[i], height, y), part = share[i];
-        first[i] = static_cast<std::uint32_t>(y * (width + 1) + x);
+        const std::uint32_t upper =
+            std::bit_cast<std::uint32_t>(mip[0][i]) + static_cast<std::uint32_t>(y * (width + 1) + x);
+        pair[0][i] = upper;
+        pair[1][i] = upper + static_cast<std::uint32_t>(width + 1);
         const float right = fx * part, both = right * fy, below = part * fy;
         weight[0][i] = part - right - below + both;
         weight[1][i] = right - both;
@@ -60,71 +49,86 @@ HWY_INLINE void place_squares(const float (&mip)[4][texture_lanes], const float*
     }
 }
 
-// And in memory, which is asked for at once: textures are too large for the caches.
-HWY_INLINE void find_squares(const Mip* mips, const std::uint32_t* mip, const std::uint32_t* first,
-                             const std::uint8_t** upper, const std::uint8_t** lower) {
-    for (int i = 0; i < texture_lanes; ++i) {
-        const Mip& m = mips[mip[i]];
-        upper[i] = m.rgba + 4 * static_cast<std::size_t>(first[i]);
-        lower[i] = upper[i] + 4 * (static_cast<std::size_t>(m.width) + 1);
-        hwy::Prefetch(upper[i]);
-        hwy::Prefetch(lower[i]);
-    }
-}
-
-// What multiply_textures() will read for textures[number[i]] at (u, v)[i], at `level` + log2 of the texture's edge.
-HWY_INLINE void find_texels(const Scene& scene, const float* number, const float* u, const float* v, const float* level,
+// What multiply_textures() will read at (u, v)[i] of the textures whose levels are TriangleRow::levels, at `level`. It
+// is asked for at once: textures are too large for the caches.
+HWY_INLINE void find_texels(const Scene& scene, const float* levels, const float* u, const float* v, const float* level,
                             TexelLanes& t) {
-    std::uint32_t which[texture_lanes], fine[texture_lanes], coarse[texture_lanes], first[texture_lanes];
-    float row[4][texture_lanes], near[texture_lanes], far[texture_lanes];
-    std::int32_t any = -1;
-#pragma omp simd reduction(& : any)
+    namespace hn = hwy::HWY_NAMESPACE;
+    std::uint32_t mip[texture_lanes];
+    float row[8][texture_lanes], near[texture_lanes], far[texture_lanes];
+    std::int32_t all = -1, beyond = 0;
+#pragma omp simd reduction(& : all) reduction(| : beyond)
     for (int i = 0; i < texture_lanes; ++i) {
-        const auto n = std::bit_cast<std::int32_t>(number[i]);
-        any &= n;
-        which[i] = static_cast<std::uint32_t>(n < 0 ? 0 : n);
-    }
-    t.none = any < 0 && scene.textures().empty();
-    if (t.none) return;
-    side_by_side<1>(scene.textures().data(), which, texture_lanes, row);
-#pragma omp simd
-    for (int i = 0; i < texture_lanes; ++i) {
-        const float wanted = level[i] + row[2][i], last = row[1][i];
-        const float l = wanted > 0 ? smaller(wanted, last) : 0.0f;  // NaN falls to 0
+        const auto word = std::bit_cast<std::int32_t>(levels[i]);
+        t.levels[i] = word;
+        all &= word;
+        const std::int32_t there = word < 0 ? 0 : word;
+        const auto last = static_cast<float>(there >> TriangleRow::rows);
+        const float l = level[i] > 0 ? smaller(level[i], last) : 0.0f;  // NaN falls to 0
         const auto low = static_cast<std::int32_t>(l);
-        const auto begin = std::bit_cast<std::int32_t>(row[0][i]), end = begin + static_cast<std::int32_t>(last);
-        const std::int32_t at = begin + low;
-        fine[i] = static_cast<std::uint32_t>(at);
-        coarse[i] = static_cast<std::uint32_t>(at < end ? at + 1 : at);
+        mip[i] = static_cast<std::uint32_t>((there & TriangleRow::row_bits) + low);
         far[i] = l - static_cast<float>(low);
         near[i] = 1 - far[i];
+        beyond |= far[i] > 0 ? 1 : 0;
     }
-    const Mip* mips = scene.mips().data();
-    side_by_side<1>(mips, fine, texture_lanes, row);
-    place_squares(row, u, v, near, first, t.weight);
-    find_squares(mips, fine, first, t.upper[0], t.lower[0]);
-    side_by_side<1>(mips, coarse, texture_lanes, row);
-    place_squares(row, u, v, far, first, t.weight + 4);
-    find_squares(mips, coarse, first, t.upper[1], t.lower[1]);
+    t.used = all < 0 ? 0 : beyond != 0 ? 2 : 1;
+    if (t.used == 0) return;
+    const hn::CappedTag<float, texture_lanes> d;
+    for (int k = 0; k < t.used; ++k)
+        for (std::size_t i = 0; i < texture_lanes; i += hn::Lanes(d)) {
+            const Mip* mips = scene.mips().data() + k;
+            const auto found =
+                four_columns(d, [&](int j) HWY_ATTR { return reinterpret_cast<const float*>(mips + mip[i + j]); });
+            for (int c = 0; c < 3; ++c) hn::StoreU(found.at[c], d, row[4 * k + c] + i);
+        }
+    const Texel* texels = scene.data().texels.data();
+    for (int k = 0; k < t.used; ++k) {
+        place_squares(row + 4 * k, u, v, k == 0 ? near : far, t.pair + 2 * k, t.weight + 4 * k);
+        for (int i = 0; i < texture_lanes; ++i) {
+            hwy::Prefetch(texels + t.pair[2 * k][i]);
+            hwy::Prefetch(texels + t.pair[2 * k + 1][i]);
+        }
+    }
 }
 
-// Multiplies `colour` by what the textures show there, as Texture::sample() does; where number[i] < 0 the colour stays.
-HWY_INLINE void multiply_textures(const float* number, const TexelLanes& t, float (*colour)[texture_lanes]) {
-    if (t.none) return;
-    std::uint32_t texel[8][texture_lanes];
-    for (int level = 0; level < 2; ++level)
-        for (int i = 0; i < texture_lanes; ++i) {
-            std::memcpy(&texel[4 * level][i], t.upper[level][i], 4);
-            std::memcpy(&texel[4 * level + 1][i], t.upper[level][i] + 4, 4);
-            std::memcpy(&texel[4 * level + 2][i], t.lower[level][i], 4);
-            std::memcpy(&texel[4 * level + 3][i], t.lower[level][i] + 4, 4);
+// The three channels of texels in linear light (texture.h), from their lower and upper words.
+template <class D, class V = hwy::HWY_NAMESPACE::Vec<D>>
+HWY_INLINE void linear_lanes(D d, V low_word, V high_word, V (&colour)[3]) {
+    namespace hn = hwy::HWY_NAMESPACE;
+    const hn::RebindToUnsigned<D> du;
+    const auto low = hn::BitCast(du, low_word), high = hn::BitCast(du, high_word);
+    const auto base = hn::Set(du, texel_base), bits = hn::Set(du, texel_bits);
+    const auto last = hn::OrAnd(base, hn::Set(du, blue_low), hn::RotateRight<32 - blue_low_turn>(low));
+    const auto blue = hn::OrAnd(last, hn::Set(du, blue_high), hn::RotateRight<32 - blue_high_turn>(high));
+    const V bias = hn::Set(d, texel_bias);
+    colour[0] = hn::Sub(hn::BitCast(d, hn::OrAnd(base, bits, low)), bias);
+    colour[1] = hn::Sub(hn::BitCast(d, hn::OrAnd(base, bits, high)), bias);
+    colour[2] = hn::Sub(hn::BitCast(d, blue), bias);
+}
+
+// Multiplies `colour` by what the textures show there; where a point lies on none the colour stays.
+HWY_INLINE void multiply_textures(const Scene& scene, const TexelLanes& t, float (*colour)[texture_lanes]) {
+    namespace hn = hwy::HWY_NAMESPACE;
+    if (t.used == 0) return;
+    const Texel* texels = scene.data().texels.data();
+    const hn::CappedTag<float, texture_lanes> d;
+    const hn::RebindToSigned<decltype(d)> di;
+    using V = hn::Vec<decltype(d)>;
+    for (std::size_t i = 0; i < texture_lanes; i += hn::Lanes(d)) {
+        V sum[3] = {hn::Zero(d), hn::Zero(d), hn::Zero(d)};
+        for (int p = 0; p < 2 * t.used; ++p) {
+            const auto words = four_columns(
+                d, [&](int j) HWY_ATTR { return reinterpret_cast<const float*>(texels + t.pair[p][i + j]); });
+            V left[3], right[3];
+            linear_lanes(d, words.at[0], words.at[1], left);
+            linear_lanes(d, words.at[2], words.at[3], right);
+            const V weight = hn::LoadU(d, t.weight[2 * p] + i), next = hn::LoadU(d, t.weight[2 * p + 1] + i);
+            for (int c = 0; c < 3; ++c) sum[c] = hn::MulAdd(right[c], next, hn::MulAdd(left[c], weight, sum[c]));
         }
-    for (int c = 0; c < 3; ++c) {
-#pragma omp simd
-        for (int i = 0; i < texture_lanes; ++i) {
-            float sum = 0;
-            for (int k = 0; k < 8; ++k) sum += t.weight[k][i] * linear_lane(texel[k][i] >> (8 * c) & 255u);
-            colour[c][i] *= std::bit_cast<std::int32_t>(number[i]) < 0 ? 1.0f : sum;
+        const auto none = hn::RebindMask(d, hn::Lt(hn::LoadU(di, t.levels + i), hn::Zero(di)));
+        for (int c = 0; c < 3; ++c) {
+            const V shown = hn::IfThenElse(none, hn::Set(d, 1.0f), sum[c]);
+            hn::StoreU(hn::Mul(hn::LoadU(d, colour[c] + i), shown), d, colour[c] + i);
         }
     }
 }
