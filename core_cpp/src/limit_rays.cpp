@@ -64,7 +64,7 @@ RayLimit limit_gbuffer_rays(const Scene& scene, const Camera& camera, int width,
 
 RayLimit limit_shadow_rays(const Scene& scene, const HierarchyView& hierarchy, const GBufferView& gbuffer,
                            const LightingView& lighting, const Params& params, int repetitions) {
-    std::vector<std::vector<Prepared>> of_block(shadow_blocks(gbuffer, params));
+    std::vector<std::vector<Prepared>> of_block(shadow_blocks(gbuffer, params).size());
     trace_shadow_rays(scene, hierarchy, gbuffer, lighting, params,
                       [&](std::size_t block, RayPacket& packet, int count, Coherence coherence) {
                           of_block[block].push_back({packet, count, coherence});

@@ -30,7 +30,7 @@ void load_receivers(const GBufferView& g, std::size_t first, int pixels, int sam
     const hn::Full128<float> d;
     const hn::Full128<std::uint32_t> du;
     for (int i = 0; i < pixels; ++i) {
-        const vec3 position = g.position[first + i], normal = g.normal[first + i];
+        const vec3 &position = g.position[first + i], &normal = g.normal[first + i];
         const auto pixel = hn::Set(du, static_cast<std::uint32_t>(first + i));
         const auto x = hn::Set(d, position.x), y = hn::Set(d, position.y), z = hn::Set(d, position.z);
         const auto nx = hn::Set(d, normal.x), ny = hn::Set(d, normal.y), nz = hn::Set(d, normal.z);
@@ -79,16 +79,16 @@ void draw_candidates(const Sampler& sampler, const Receivers& at, const std::uin
                      std::uint32_t i, int count, Candidates& out) {
     const std::uint32_t key = sampler.key();
     const std::uint32_t *pixel = at.pixel, *sample = at.sample;
-    RandomColumns random;
+    std::copy_n(light, count, out.member);
+    Walk walk(sampler, count, out.member);
 #pragma omp simd
     for (int j = 0; j < count; ++j) {
         const Random4 r = random4(pixel[j], sample[j] * candidates + i, Stream::member, key);
-        random.x[j] = r.x;
-        random.y[j] = r.y;
+        walk.random[j] = r.x;
+        walk.state[j] = r.y;
         out.bits[j] = r.z;
     }
-    std::copy_n(light, count, out.member);
-    draw_members(sampler, random, count, out.member);
+    draw_members(walk);
 }
 
 // The candidate that leads so far, and the sum of the omegas.
@@ -142,19 +142,18 @@ void grid_lights(const Sampler& sampler, const Receivers& at, const std::uint32_
 void store(Chosen& chosen, const std::int32_t* picked, std::size_t slot, int count, ShadowData& out) {
     namespace hn = hwy::HWY_NAMESPACE;
     const hn::Full128<float> d;
-#pragma omp simd
-    for (int j = 0; j < count; ++j) {
-        const bool any = picked[j] >= 0;
-        chosen.x[j] = any ? chosen.x[j] : 0.0f;
-        chosen.y[j] = any ? chosen.y[j] : 0.0f;
-        chosen.z[j] = any ? chosen.z[j] : 0.0f;
-        chosen.omega[j] = any ? chosen.omega[j] : 0.0f;
-        chosen.member[j] = any ? chosen.member[j] : ~0u;
-    }
+    const hn::Full128<std::int32_t> di;
+    const hn::Full128<std::uint32_t> du;
     float point[3 * width];
-    for (int j = 0; j < count; j += 4)
-        hn::StoreInterleaved3(hn::LoadU(d, chosen.x + j), hn::LoadU(d, chosen.y + j), hn::LoadU(d, chosen.z + j), d,
-                              point + 3 * j);
+    for (int j = 0; j < count; j += 4) {
+        const auto any = hn::RebindMask(d, hn::Gt(hn::LoadU(di, picked + j), hn::Set(di, -1)));
+        const auto of = [&](const float* column) { return hn::IfThenElseZero(any, hn::LoadU(d, column + j)); };
+        hn::StoreInterleaved3(of(chosen.x), of(chosen.y), of(chosen.z), d, point + 3 * j);
+        hn::StoreU(of(chosen.omega), d, chosen.omega + j);
+        const auto none = hn::Set(du, ~0u);
+        hn::StoreU(hn::IfThenElse(hn::RebindMask(du, any), hn::LoadU(du, chosen.member + j), none), du,
+                   chosen.member + j);
+    }
     stream_copy(&out.point[slot].x, point, 3 * static_cast<std::size_t>(count));
     stream_copy(&out.omega[slot], chosen.omega, static_cast<std::size_t>(count));
     stream_copy(reinterpret_cast<std::uint32_t*>(&out.member[slot]), chosen.member, static_cast<std::size_t>(count));
@@ -167,28 +166,27 @@ void draw_chunk(const Sampler& sampler, std::size_t first, int pixels, ShadowDat
     const Params& params = sampler.params();
     const auto inputs = static_cast<std::uint32_t>(sampler.hierarchy().input_index.size());
     const int k = params.shadow_samples, samples = pixels * k, count = (samples + 15) / 16 * 16;  // whole vectors
-    const std::int32_t* picked = &sampler.lighting().light[first * k];
+    std::int32_t picked[width];
+    std::copy_n(&sampler.lighting().light[first * k], samples, picked);
+    std::fill_n(picked + samples, count - samples, -1);
     Receivers at;
     load_receivers(sampler.gbuffer(), first, pixels, k, at);
     Bits light;
-    for (int j = 0; j < count; ++j) {
-        light[j] = j < samples && picked[j] >= 0 ? static_cast<std::uint32_t>(picked[j]) : 0u;
-    }
+#pragma omp simd
+    for (int j = 0; j < count; ++j) light[j] = picked[j] >= 0 ? static_cast<std::uint32_t>(picked[j]) : 0u;
     for (int j = samples; j < count; ++j) at.pixel[j] = at.pixel[0];
     Column whole;
     grid_lights(sampler, at, light, inputs, count, whole);
     // The average is over members as they are, whatever their omegas.
     const bool plain = params.shadow_estimator == ShadowEstimator::average;
     const std::uint32_t candidates = plain ? 1 : static_cast<std::uint32_t>(params.member_candidates);
-    // While one candidate is weighed, the next one's row comes nearer.
-    Candidates drawn[2];
+    Candidates drawn;
     Chosen chosen;
     float member[8][width];
-    draw_candidates(sampler, at, light, candidates, 0, count, drawn[0]);
     for (std::uint32_t i = 0; i < candidates; ++i) {
-        if (i + 1 < candidates) draw_candidates(sampler, at, light, candidates, i + 1, count, drawn[(i + 1) % 2]);
-        side_by_side<2>(sampler.members().data(), drawn[i % 2].member, count, member);
-        weigh(at, member, whole, drawn[i % 2], params.omega_max, i == 0, count, chosen);
+        draw_candidates(sampler, at, light, candidates, i, count, drawn);
+        side_by_side<2>(sampler.members().data(), drawn.member, count, member);
+        weigh(at, member, whole, drawn, params.omega_max, i == 0, count, chosen);
     }
     const float share = 1.0f / static_cast<float>(candidates);
 #pragma omp simd
@@ -226,7 +224,7 @@ Sampler::Sampler(const HierarchyView& hierarchy, const GBufferView& gbuffer, con
     const auto inputs = static_cast<std::int64_t>(h_.input_index.size());
     const auto lights = static_cast<std::int64_t>(h_.position.size());
     members_.resize(inputs);
-    slots_ = packed(h_.members.slot);
+    tables_ = PackedTables(h_.members.slot, h_.members.offset);
     grid_lights_.resize(std::max<std::int64_t>(1, lights - inputs));
 #pragma omp parallel for schedule(static)
     for (std::int64_t i = 0; i < lights; ++i) {

@@ -19,17 +19,12 @@ std::vector<vec3> compensate(const Scene& scene, const GBufferView& g, const Par
 
 }  // namespace
 
-std::size_t shadow_blocks(const GBufferView& g, const Params& params) {
-    const int side = ShadowBlock::side(params.shadow_samples);
-    const int columns = (g.width + side - 1) / side, rows = (g.height + side - 1) / side;
-    return static_cast<std::size_t>(columns) * rows;
-}
-
 ShadowData trace_shadow_rays(const Scene& scene, const HierarchyView& h, const GBufferView& g,
                              const LightingView& lighting, const Params& params, const TracePacket& trace) {
     const std::size_t pixels = g.pixels(), slots = pixels * params.shadow_samples;
     ShadowData out;
     out.channels = params.shadow_estimator == ShadowEstimator::ratio_rgb ? 3 : 1;
+    out.point.reserve(slots + 1);  // packets are filled from rows of four numbers
     out.point.resize(slots);
     out.member.resize(slots);
     out.omega.resize(slots);
@@ -40,8 +35,8 @@ ShadowData trace_shadow_rays(const Scene& scene, const HierarchyView& h, const G
     out.area.resize(pixels);
     const Sampler sampler(h, g, lighting, params, scene);
     const RayOrder order(scene);
-    const int side = ShadowBlock::side(params.shadow_samples);
-    const int columns = (g.width + side - 1) / side, blocks = static_cast<int>(shadow_blocks(g, params));
+    const std::vector<PixelSquare> squares = shadow_blocks(g, params);
+    const auto blocks = static_cast<std::int64_t>(squares.size());
 #pragma omp parallel
     {
         // All is drawn before the first ray is traced: lights and tree do not fit the caches together.
@@ -53,7 +48,7 @@ ShadowData trace_shadow_rays(const Scene& scene, const HierarchyView& h, const G
         }
         ShadowBlock block(scene, sampler, order, trace, out);
 #pragma omp for schedule(dynamic)
-        for (int b = 0; b < blocks; ++b) block.shade(b % columns * side, b / columns * side, b);
+        for (std::int64_t b = 0; b < blocks; ++b) block.shade(squares[b], b);
     }
     return out;
 }

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <span>
+#include <stdexcept>
 
 #include "lab/alias_table.h"
 #include "lab/buffer.h"
@@ -31,13 +32,42 @@ inline bool packed_decides(PackedSlot slot, std::uint32_t rest) {
     return fits & (rest >> 16 != static_cast<std::uint32_t>(slot >> 48));
 }
 
-inline Buffer<PackedSlot> packed(std::span<const AliasSlot> slots) {
-    Buffer<PackedSlot> out;
-    out.resize(slots.size());
-    const auto count = static_cast<std::int64_t>(slots.size());
-#pragma omp parallel for schedule(static)
-    for (std::int64_t i = 0; i < count; ++i) out[i] = pack(slots[i]);
-    return out;
+// Where a table begins and how many slots it has, in the lower and upper half: both by one look.
+using TableRow = std::uint64_t;
+
+inline std::uint32_t table_first(TableRow row) {
+    return static_cast<std::uint32_t>(row);
 }
+inline std::uint32_t table_size(TableRow row) {
+    return static_cast<std::uint32_t>(row >> 32);
+}
+
+// All tables, and where they are.
+class PackedTables {
+  public:
+    PackedTables() = default;
+    PackedTables(std::span<const AliasSlot> slots, std::span<const std::int64_t> offset)
+        : words_(slots.size() + (offset.empty() ? 0 : offset.size() - 1)), slots_(slots.size()) {
+        if (slots.size() > 0xffffffffu)
+            throw std::length_error("members: more than 2^32 of them, and shadow points cannot be drawn");
+        const auto count = static_cast<std::int64_t>(slots_), all = static_cast<std::int64_t>(words_.size());
+#pragma omp parallel for schedule(static)
+        for (std::int64_t i = 0; i < all; ++i) {
+            if (i < count) {
+                words_[i] = pack(slots[i]);
+            } else {
+                const std::int64_t first = offset[i - count], size = offset[i - count + 1] - first;
+                words_[i] = static_cast<TableRow>(first) | static_cast<TableRow>(size) << 32;
+            }
+        }
+    }
+
+    const PackedSlot* slots() const { return words_.data(); }
+    const TableRow* rows() const { return words_.data() + slots_; }
+
+  private:
+    Buffer<std::uint64_t> words_;  // slots, then rows: together they lie in the same huge pages
+    std::size_t slots_ = 0;
+};
 
 }  // namespace lab

@@ -43,7 +43,7 @@ class Sampler {
     std::uint32_t key() const { return key_; }
     const Buffer<MemberRow>& members() const { return members_; }
     const Buffer<GridLightRow>& grid_lights() const { return grid_lights_; }
-    const Buffer<PackedSlot>& slots() const { return slots_; }
+    const PackedTables& tables() const { return tables_; }
     Received receive_at(std::uint32_t pick, std::size_t pixel) const;
 
   private:
@@ -56,7 +56,7 @@ class Sampler {
     std::vector<float> scale_;
     Buffer<MemberRow> members_;         // of each input light
     Buffer<GridLightRow> grid_lights_;  // of each merged light after them
-    Buffer<PackedSlot> slots_;          // of the hierarchy's members
+    PackedTables tables_;               // of the hierarchy's members
 
     LightTerm term(std::uint32_t pick) const;
     void jitter(std::size_t first, std::size_t count, ShadowData& out) const;

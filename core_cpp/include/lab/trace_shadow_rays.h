@@ -23,9 +23,8 @@ struct ShadowData {
 
 ShadowData trace_shadow_rays(const Scene& scene, const HierarchyView& hierarchy, const GBufferView& gbuffer,
                              const LightingView& lighting, const Params& params);
-// The same, with visibility by `trace`, called from any thread with the numbers of `shadow_blocks` blocks; without
-// compensation.
-std::size_t shadow_blocks(const GBufferView& gbuffer, const Params& params);
+// The same, with visibility by `trace`, called from any thread with the number of the block (lab/shadow_block.h) that
+// the rays are of; without compensation.
 ShadowData trace_shadow_rays(const Scene& scene, const HierarchyView& hierarchy, const GBufferView& gbuffer,
                              const LightingView& lighting, const Params& params, const TracePacket& trace);
 
