@@ -10,49 +10,49 @@ namespace lab {
 namespace HWY_NAMESPACE {
 namespace {
 
-// One line of a strip. What is summed is the *difference* to the pixel's own value: a constant stays exact.
-template <int channels>
-void mix_line(const Strip& strip, int j, PairRows& pairs, const Planes& in, Planes& out) {
+// Some lines of a strip. What is summed is the *difference* to the pixel's own value: a constant stays exact.
+template <int channels, int lines>
+HWY_INLINE void mix_lines(const Strip& strip, int j, PairRows& pairs, const Planes& in, Planes& out) {
     const Lanes f32;
-    std::array<Tap, 24> taps;
-    window(strip, j, 2, pairs, in, taps);
     const std::size_t stride = in.stride();
-    const int y = strip.row(j);
-    const float* own = in.row(0, y) + strip.x0;
-    float* filtered = out.row(0, y) + strip.x0;
-    for (int i = 0; i < strip.x1 - strip.x0; i += static_cast<int>(hn::Lanes(f32))) {
-        Vector p[channels], change[channels];
-        for (int c = 0; c < channels; ++c) {
-            p[c] = hn::Load(f32, own + c * stride + i);
-            change[c] = hn::Zero(f32);
+    const Windows<lines, 2> windows(strip, j, pairs, in, 0, channels);
+    for (int x = 0; x < strip.x1 - strip.x0; x += static_cast<int>(hn::Lanes(f32))) {
+        windows.prefetch(x);
+        Vector p[lines][channels], change[lines][channels], sum[lines];
+        for (int i = 0; i < lines; ++i) {
+            for (int c = 0; c < channels; ++c) {
+                p[i][c] = hn::Load(f32, in.row(c, strip.row(j + i)) + strip.x0 + x);
+                change[i][c] = hn::Zero(f32);
+            }
+            sum[i] = hn::Set(f32, 1.0f);
         }
-        auto sum = hn::Set(f32, 1.0f);
-        for (const Tap& tap : taps) {
-            const auto weight = hn::LoadU(f32, tap.pair + i);
-            sum = hn::Add(sum, weight);
+        windows.visit(x, [&](const float* at, const auto& each) LAB_INLINE {
+            Vector q[channels];
+            for (int c = 0; c < channels; ++c) q[c] = hn::LoadU(f32, at + c * stride);
+            each([&](int i, Vector weight) LAB_INLINE {
+                sum[i] = hn::Add(sum[i], weight);
+                for (int c = 0; c < channels; ++c)
+                    change[i][c] = hn::MulAdd(weight, hn::Sub(q[c], p[i][c]), change[i][c]);
+            });
+        });
+        for (int i = 0; i < lines; ++i)
             for (int c = 0; c < channels; ++c)
-                change[c] = hn::MulAdd(weight, hn::Sub(hn::LoadU(f32, tap.q + c * stride + i), p[c]), change[c]);
-        }
-        for (int c = 0; c < channels; ++c)
-            hn::Store(hn::Add(p[c], hn::Div(change[c], sum)), f32, filtered + c * stride + i);
+                hn::Store(hn::Add(p[i][c], hn::Div(change[i][c], sum[i])), f32,
+                          out.row(c, strip.row(j + i)) + strip.x0 + x);
     }
 }
 
 void filter_strip(const FilterPass& pass, const Strip& strip, PairRows& pairs) {
-    const Lanes f32;
     const auto row_of = [&](int y) {
         return JointGuide::Row{pass.value.row(0, y), {pass.surfaces.row(0, y), pass.surfaces.stride()}};
     };
-    const auto weigh = [&](const JointGuide& p, const JointGuide& q, float space) {
-        return exp2_negative(p.distance(q, hn::Set(f32, space)));
-    };
-    for (int j = strip.first - 2; j < strip.last; ++j) {
-        fill_pairs<JointGuide>(strip, j, 2, pairs, row_of, weigh);
-        if (j < strip.first) continue;
-        if (pass.in.count() == 2) mix_line<2>(strip, j, pairs, pass.in, pass.out);
-        if (pass.in.count() == 4) mix_line<4>(strip, j, pairs, pass.in, pass.out);
-        if (pass.in.count() == 6) mix_line<6>(strip, j, pairs, pass.in, pass.out);
-    }
+    const auto weigh = [](const JointGuide& p, const JointGuide& q, float space)
+                           LAB_INLINE { return exp2_negative(p.distance(q, hn::Set(Lanes(), space))); };
+    for_blocks<2, JointGuide>(strip, pairs, row_of, weigh, [&](int j, auto lines) {
+        if (pass.in.count() == 2) mix_lines<2, lines>(strip, j, pairs, pass.in, pass.out);
+        if (pass.in.count() == 4) mix_lines<4, lines>(strip, j, pairs, pass.in, pass.out);
+        if (pass.in.count() == 6) mix_lines<6, lines>(strip, j, pairs, pass.in, pass.out);
+    });
 }
 
 }  // namespace

@@ -35,8 +35,8 @@ void Planes::reflect_sides(int step, int radius) {
 std::vector<Strip> strips(int width, int height, int step) {
     // The pairs of a line and the rows that it reads stay in a core's own cache; the two lines before a strip, whose
     // pairs its first lines need, cost little.
-    constexpr int widest = 640, most_lines = 32;
-    const int tiles = (width + widest - 1) / widest;
+    constexpr int most_lines = 32;
+    const int tiles = (width + widest_strip - 1) / widest_strip;
     const int tile = ((width + tiles - 1) / tiles + 63) / 64 * 64;
     std::vector<Strip> all;
     for (int residue = 0; residue < std::min(step, height); ++residue) {

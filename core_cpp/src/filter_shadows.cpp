@@ -76,15 +76,18 @@ std::span<const vec3> line_of(std::span<const vec3> pixels, const Planes& planes
     return pixels.subspan(static_cast<std::size_t>(y) * planes.width(), planes.width());
 }
 
-// Mean luminance over surface pixels, summed in one order whatever the threads.
-double mean_luminance(const GBufferView& gbuffer, std::span<const vec3> light) {
+// Mean luminance over surface pixels, summed in one order whatever the threads. Copies the light on the way: mostly
+// there is none, and nothing more to do.
+double mean_luminance(const GBufferView& gbuffer, std::span<const vec3> light, Buffer<vec3>& copy) {
     std::vector<double> sums(gbuffer.height);
     std::vector<int> surfaces(gbuffer.height);
 #pragma omp parallel for schedule(static) if (gbuffer.pixels() >= 4096)
     for (int y = 0; y < gbuffer.height; ++y) {
         const auto first = static_cast<std::size_t>(y) * gbuffer.width;
         const float* depth = &gbuffer.depth[first];
-        sums[y] = luminance_sum(light.subspan(first, gbuffer.width), depth);
+        const auto line = light.subspan(first, gbuffer.width);
+        sums[y] = luminance_sum(line, depth);
+        std::copy(line.begin(), line.end(), copy.data() + first);
         surfaces[y] = static_cast<int>(std::count_if(depth, depth + gbuffer.width, [](float d) { return d > 0; }));
     }
     const auto count = std::accumulate(surfaces.begin(), surfaces.end(), std::int64_t{0});
@@ -94,15 +97,8 @@ double mean_luminance(const GBufferView& gbuffer, std::span<const vec3> light) {
 Buffer<vec3> filter_light(const GBufferView& gbuffer, std::span<const vec3> light, const Params& params,
                           Planes& surfaces) {
     Buffer<vec3> filtered(light.size());
-    const double mean = mean_luminance(gbuffer, light);
-    if (!(mean > 0)) {
-#pragma omp parallel for schedule(static) if (surfaces.worth_threads())
-        for (int y = 0; y < gbuffer.height; ++y) {
-            const auto line = line_of(light, surfaces, y);
-            std::copy(line.begin(), line.end(), filtered.data() + static_cast<std::size_t>(y) * gbuffer.width);
-        }
-        return filtered;
-    }
+    const double mean = mean_luminance(gbuffer, light, filtered);
+    if (!(mean > 0)) return filtered;
     Signal signal{signal_planes(gbuffer, 4, params), 3, mean};
     Planes& planes = signal.planes;
 #pragma omp parallel for schedule(static) if (planes.worth_threads())

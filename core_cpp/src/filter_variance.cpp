@@ -85,12 +85,13 @@ HWY_INLINE void store_guide(Vector s, Vector u, Vector variance, float tolerance
     hn::Store(hn::IfThenElseZero(known, hn::Div(hn::Set(f32, log2_e), tolerated)), f32, per_deviation);
 }
 
-// The likeness of pairs of surfaces, 0 to 1.
-HWY_INLINE void fill_likeness(const Strip& strip, int j, int radius, const Planes& surfaces, PairRows& pairs) {
+// Filters a strip by the likeness of pairs of surfaces, 0 to 1.
+template <int radius, class Mix>
+HWY_INLINE void by_likeness(const Strip& strip, const Planes& surfaces, PairRows& pairs, const Mix& mix) {
     const auto row_of = [&](int y) { return SurfaceGuide::Row{surfaces.row(0, y), surfaces.stride()}; };
-    fill_pairs<SurfaceGuide>(strip, j, radius, pairs, row_of, [](const auto& p, const auto& q, float) {
-        return exp2_negative(p.distance(q, hn::Zero(Lanes())), unlike);
-    });
+    const auto likeness = [](const auto& p, const auto& q, float)
+                              LAB_INLINE { return exp2_negative(p.distance(q, hn::Zero(Lanes())), unlike); };
+    for_blocks<radius, SurfaceGuide>(strip, pairs, row_of, likeness, mix);
 }
 
 // How much single pixels' values scatter around their mean, over the like pixels of a 5 x 5 window. `luminances`: see
@@ -99,38 +100,47 @@ void measure_variance(const Planes& luminances, const Planes& surfaces, const Un
                       PairRows& pairs, Planes& out) {
     const Lanes f32;
     const std::size_t stride = luminances.stride();
-    const std::size_t over = units.value() * stride, under = units.per_deviation() * stride;
-    std::array<Tap, 24> taps;
-    for (int j = strip.first - 2; j < strip.last; ++j) {
-        fill_likeness(strip, j, 2, surfaces, pairs);
-        if (j < strip.first) continue;
-        window(strip, j, 2, pairs, luminances, taps);
-        const int y = strip.row(j);
-        const float* own = luminances.row(0, y) + strip.x0;
-        float* variance = out.row(units.variance(), y) + strip.x0;
-        for (int i = 0; i < strip.x1 - strip.x0; i += static_cast<int>(hn::Lanes(f32))) {
-            const auto a = hn::Load(f32, own + over + i), b = hn::Load(f32, own + under + i);
-            auto sum = hn::Set(f32, 1.0f), s = a, u = b;
-            for (const Tap& tap : taps) {
-                const auto like = hn::LoadU(f32, tap.pair + i);
-                sum = hn::Add(sum, like);
-                s = hn::MulAdd(like, hn::LoadU(f32, tap.q + over + i), s);
-                u = hn::MulAdd(like, hn::LoadU(f32, tap.q + under + i), u);
+    by_likeness<2>(strip, surfaces, pairs, [&](int j, auto lines) {
+        const Windows<lines, 2> windows(strip, j, pairs, luminances, units.value(), 2);
+        for (int x = 0; x < strip.x1 - strip.x0; x += static_cast<int>(hn::Lanes(f32))) {
+            windows.prefetch(x);
+            Vector a[lines], b[lines], sum[lines], s[lines], u[lines], mean[lines], scatter[lines];
+            for (int i = 0; i < lines; ++i) {
+                const float* own = luminances.row(units.value(), strip.row(j + i)) + strip.x0 + x;
+                a[i] = s[i] = hn::Load(f32, own);
+                b[i] = u[i] = hn::Load(f32, own + stride);
+                sum[i] = hn::Set(f32, 1.0f);
             }
-            const auto known = hn::Gt(u, hn::Zero(f32));
-            const auto mean = hn::IfThenElseZero(known, hn::Div(s, u));
+            windows.visit(x, [&](const float* at, const auto& each) LAB_INLINE {
+                const auto q_over = hn::LoadU(f32, at), q_under = hn::LoadU(f32, at + stride);
+                each([&](int i, Vector like) LAB_INLINE {
+                    sum[i] = hn::Add(sum[i], like);
+                    s[i] = hn::MulAdd(like, q_over, s[i]);
+                    u[i] = hn::MulAdd(like, q_under, u[i]);
+                });
+            });
+            for (int i = 0; i < lines; ++i) {
+                mean[i] = hn::IfThenElseZero(hn::Gt(u[i], hn::Zero(f32)), hn::Div(s[i], u[i]));
+                const auto off = hn::NegMulAdd(mean[i], b[i], a[i]);
+                scatter[i] = hn::Mul(off, off);
+            }
             // A second time, around the mean: a difference of sums of squares would leave little of values nearly
             // alike.
-            const auto off = hn::NegMulAdd(mean, b, a);
-            auto scatter = hn::Mul(off, off);
-            for (const Tap& tap : taps) {
-                const auto q = hn::NegMulAdd(mean, hn::LoadU(f32, tap.q + under + i), hn::LoadU(f32, tap.q + over + i));
-                scatter = hn::MulAdd(hn::LoadU(f32, tap.pair + i), hn::Mul(q, q), scatter);
+            windows.visit(x, [&](const float* at, const auto& each) LAB_INLINE {
+                const auto q_over = hn::LoadU(f32, at), q_under = hn::LoadU(f32, at + stride);
+                each([&](int i, Vector like) LAB_INLINE {
+                    const auto off = hn::NegMulAdd(mean[i], q_under, q_over);
+                    scatter[i] = hn::MulAdd(like, hn::Mul(off, off), scatter[i]);
+                });
+            });
+            for (int i = 0; i < lines; ++i) {
+                const auto spread = hn::Div(hn::Mul(scatter[i], sum[i]), hn::Mul(u[i], u[i]));
+                const auto known =
+                    hn::IfThenElseZero(hn::Gt(u[i], hn::Zero(f32)), hn::Min(spread, hn::Set(f32, largest * largest)));
+                hn::Store(known, f32, out.row(units.variance(), strip.row(j + i)) + strip.x0 + x);
             }
-            const auto spread = hn::Div(hn::Mul(scatter, sum), hn::Mul(u, u));
-            hn::Store(hn::IfThenElseZero(known, hn::Min(spread, hn::Set(f32, largest * largest))), f32, variance + i);
         }
-    }
+    });
 }
 
 // The values as measured are too noisy to guide the first pass: it looks at their mean over 3 x 3 pixels.
@@ -138,63 +148,84 @@ void make_first_guide(const Planes& luminances, const Planes& surfaces, const Un
                       PairRows& pairs, Planes& in) {
     const Lanes f32;
     const std::size_t stride = in.stride();
-    const std::size_t over = units.value() * stride, under = units.per_deviation() * stride;
-    const std::size_t variance = units.variance() * stride;
-    std::array<Tap, 24> taps, noise;
-    for (int j = strip.first - 1; j < strip.last; ++j) {
-        fill_likeness(strip, j, 1, surfaces, pairs);
-        if (j < strip.first) continue;
-        const int count = window(strip, j, 1, pairs, luminances, taps);
-        window(strip, j, 1, pairs, in, noise);
-        const int y = strip.row(j);
-        const float* own = luminances.row(0, y) + strip.x0;
-        float* out = in.row(0, y) + strip.x0;
-        for (int i = 0; i < strip.x1 - strip.x0; i += static_cast<int>(hn::Lanes(f32))) {
-            auto sum = hn::Set(f32, 1.0f), s = hn::Load(f32, own + over + i), u = hn::Load(f32, own + under + i);
-            auto v = hn::Load(f32, out + variance + i);
-            for (int tap = 0; tap < count; ++tap) {
-                const auto like = hn::LoadU(f32, taps[tap].pair + i);
-                sum = hn::Add(sum, like);
-                s = hn::MulAdd(like, hn::LoadU(f32, taps[tap].q + over + i), s);
-                u = hn::MulAdd(like, hn::LoadU(f32, taps[tap].q + under + i), u);
-                v = hn::MulAdd(like, hn::LoadU(f32, noise[tap].q + variance + i), v);
+    const float *from = luminances.row(units.value(), 0), *variance = in.row(units.variance(), 0);
+    by_likeness<1>(strip, surfaces, pairs, [&](int j, auto lines) {
+        const Windows<lines, 1> windows(strip, j, pairs, luminances, units.value(), 2);
+        for (int x = 0; x < strip.x1 - strip.x0; x += static_cast<int>(hn::Lanes(f32))) {
+            windows.prefetch(x);
+            Vector sum[lines], s[lines], u[lines], v[lines];
+            for (int i = 0; i < lines; ++i) {
+                const int y = strip.row(j + i);
+                const float* own = luminances.row(units.value(), y) + strip.x0 + x;
+                sum[i] = hn::Set(f32, 1.0f);
+                s[i] = hn::Load(f32, own);
+                u[i] = hn::Load(f32, own + stride);
+                v[i] = hn::Load(f32, variance + (own - from));
             }
-            store_guide(s, u, hn::Div(v, sum), units.tolerance, out + over + i, out + under + i);
+            windows.visit(x, [&](const float* at, const auto& each) LAB_INLINE {
+                const auto q_over = hn::LoadU(f32, at), q_under = hn::LoadU(f32, at + stride);
+                const auto noise = hn::LoadU(f32, variance + (at - from));
+                each([&](int i, Vector like) LAB_INLINE {
+                    sum[i] = hn::Add(sum[i], like);
+                    s[i] = hn::MulAdd(like, q_over, s[i]);
+                    u[i] = hn::MulAdd(like, q_under, u[i]);
+                    v[i] = hn::MulAdd(like, noise, v[i]);
+                });
+            });
+            for (int i = 0; i < lines; ++i) {
+                float* out = in.row(units.value(), strip.row(j + i)) + strip.x0 + x;
+                store_guide(s[i], u[i], hn::Div(v[i], sum[i]), units.tolerance, out, out + stride);
+            }
         }
-    }
+    });
 }
 
-// One line of a pass, with the variance where another follows. What is summed is the difference to the pixel's own
+// Some lines of a pass, with the variance where another follows. What is summed is the difference to the pixel's own
 // value: a constant stays exact.
-template <int signals, bool another>
-void mix_line(const Strip& strip, int j, PairRows& pairs, const Planes& in, Planes& out) {
+template <int signals, bool another, int lines>
+HWY_INLINE void mix_lines(const Strip& strip, int j, PairRows& pairs, const Planes& in, Planes& out) {
     const Lanes f32;
     const std::size_t stride = in.stride(), variance = signals * stride, guide = variance + stride;
-    std::array<Tap, 24> taps;
-    window(strip, j, 2, pairs, in, taps);
-    const int y = strip.row(j);
-    const float* own = in.row(0, y) + strip.x0;
-    float* filtered = out.row(0, y) + strip.x0;
-    for (int i = 0; i < strip.x1 - strip.x0; i += static_cast<int>(hn::Lanes(f32))) {
-        Vector p[signals], change[signals];
-        for (int c = 0; c < signals; ++c) {
-            p[c] = hn::Load(f32, own + c * stride + i);
-            change[c] = hn::Zero(f32);
+    const Windows<lines, 2> windows(strip, j, pairs, in, 0, signals + 2);
+    std::array<const float*, lines> own;
+    std::array<float*, lines> filtered;
+    for (int i = 0; i < lines; ++i) {
+        own[i] = in.row(0, strip.row(j + i)) + strip.x0;
+        filtered[i] = out.row(0, strip.row(j + i)) + strip.x0;
+    }
+    for (int x = 0; x < strip.x1 - strip.x0; x += static_cast<int>(hn::Lanes(f32))) {
+        windows.prefetch(x);
+        Vector p[lines][signals], change[lines][signals], value[lines], per_deviation[lines], sum[lines], spread[lines];
+        for (int i = 0; i < lines; ++i) {
+            for (int c = 0; c < signals; ++c) {
+                p[i][c] = hn::Load(f32, own[i] + c * stride + x);
+                change[i][c] = hn::Zero(f32);
+            }
+            value[i] = hn::Load(f32, own[i] + guide + x);
+            per_deviation[i] = hn::Load(f32, own[i] + guide + stride + x);
+            sum[i] = hn::Set(f32, 1.0f);
+            spread[i] = hn::Load(f32, own[i] + variance + x);
         }
-        const auto value = hn::Load(f32, own + guide + i), per_deviation = hn::Load(f32, own + guide + stride + i);
-        auto sum = hn::Set(f32, 1.0f), spread = hn::Load(f32, own + variance + i);
-        for (const Tap& tap : taps) {
-            const float* q = tap.q + i;
-            const auto apart = hn::Abs(hn::Sub(hn::LoadU(f32, q + guide), value));
-            const auto weight = exp2_negative(hn::MulAdd(apart, per_deviation, hn::LoadU(f32, tap.pair + i)));
-            sum = hn::Add(sum, weight);
-            if constexpr (another) spread = hn::MulAdd(hn::Mul(weight, weight), hn::LoadU(f32, q + variance), spread);
+        windows.visit(x, [&](const float* at, const auto& each) LAB_INLINE {
+            const auto q_value = hn::LoadU(f32, at + guide);
+            Vector q[signals], noise;
+            for (int c = 0; c < signals; ++c) q[c] = hn::LoadU(f32, at + c * stride);
+            if constexpr (another) noise = hn::LoadU(f32, at + variance);
+            each([&](int i, Vector surfaces) LAB_INLINE {
+                const auto apart = hn::Abs(hn::Sub(q_value, value[i]));
+                const auto weight = exp2_negative(hn::MulAdd(apart, per_deviation[i], surfaces));
+                sum[i] = hn::Add(sum[i], weight);
+                if constexpr (another) spread[i] = hn::MulAdd(hn::Mul(weight, weight), noise, spread[i]);
+                for (int c = 0; c < signals; ++c)
+                    change[i][c] = hn::MulAdd(weight, hn::Sub(q[c], p[i][c]), change[i][c]);
+            });
+        });
+        for (int i = 0; i < lines; ++i) {
             for (int c = 0; c < signals; ++c)
-                change[c] = hn::MulAdd(weight, hn::Sub(hn::LoadU(f32, q + c * stride), p[c]), change[c]);
+                hn::Store(hn::Add(p[i][c], hn::Div(change[i][c], sum[i])), f32, filtered[i] + c * stride + x);
+            if constexpr (another)
+                hn::Store(hn::Div(spread[i], hn::Mul(sum[i], sum[i])), f32, filtered[i] + variance + x);
         }
-        for (int c = 0; c < signals; ++c)
-            hn::Store(hn::Add(p[c], hn::Div(change[c], sum)), f32, filtered + c * stride + i);
-        if constexpr (another) hn::Store(hn::Div(spread, hn::Mul(sum, sum)), f32, filtered + variance + i);
     }
 }
 
@@ -205,19 +236,17 @@ void filter_signals(const Planes& in, const Planes& surfaces, const Units& units
     const Lanes f32;
     const Reader read(out, units);
     const auto row_of = [&](int y) { return SurfaceGuide::Row{surfaces.row(0, y), surfaces.stride()}; };
-    const auto distance = [](const SurfaceGuide& p, const SurfaceGuide& q, float space) {
-        return p.distance(q, hn::Set(Lanes(), space));
-    };
-    for (int j = strip.first - 2; j < strip.last; ++j) {
-        fill_pairs<SurfaceGuide>(strip, j, 2, pairs, row_of, distance);
-        if (j < strip.first) continue;
-        mix_line<signals, another>(strip, j, pairs, in, out);
-        for (int x = strip.x0; another && x < strip.x1; x += static_cast<int>(hn::Lanes(f32))) {
-            float* at = out.row(0, strip.row(j)) + x;
-            store_guide(read.over(at), read.under(at), read.load(at, units.variance()), units.tolerance,
-                        at + units.value() * out.stride(), at + units.per_deviation() * out.stride());
-        }
-    }
+    const auto distance = [](const SurfaceGuide& p, const SurfaceGuide& q, float space)
+                              LAB_INLINE { return p.distance(q, hn::Set(Lanes(), space)); };
+    for_blocks<2, SurfaceGuide>(strip, pairs, row_of, distance, [&](int j, auto lines) {
+        mix_lines<signals, another, lines>(strip, j, pairs, in, out);
+        for (int i = 0; another && i < lines; ++i)
+            for (int x = strip.x0; x < strip.x1; x += static_cast<int>(hn::Lanes(f32))) {
+                float* at = out.row(0, strip.row(j + i)) + x;
+                store_guide(read.over(at), read.under(at), read.load(at, units.variance()), units.tolerance,
+                            at + units.value() * out.stride(), at + units.per_deviation() * out.stride());
+            }
+    });
 }
 
 void filter_strip(const Planes& in, const Planes& surfaces, const Units& units, const Strip& strip, PairRows& pairs,

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <memory>
 #include <vector>
 
 #include "lab/filter_planes.h"
@@ -35,29 +36,32 @@ constexpr int pair_index(int dy, int dx) {
     return dy == 0 ? dx - 1 : 5 * dy - 1 + dx;
 }
 
-// A number for each of the 12 pairs of each pixel, of the last three lines.
+inline constexpr int widest_strip = 640;  // columns
+
+// A number for each of the 12 pairs of each pixel, of the last four lines. Rows lie odd numbers of cache lines apart,
+// as those of planes do.
 class PairRows {
   public:
-    explicit PairRows(int width) : planes_(width, 3, static_cast<int>(pair_offsets.size())) {}
+    // Floats from a pair's row to the next pair's.
+    static constexpr std::size_t stride = widest_strip + 2 * Planes::border + Planes::slack;
 
     // Pixel x0 of the strip is at [0].
-    float* row(int j, int pair) { return planes_.row(pair, (j + 3) % 3); }
+    float* row(int j, int pair) { return values_.data() + (j + 4) % 4 * line + pair * stride + Planes::border; }
 
   private:
-    Planes planes_;
+    static constexpr std::size_t line = stride * pair_offsets.size() + 16;
+    alignas(64) std::array<float, 4 * line> values_;
 };
 
 // Calls work(strip, pair rows of this thread) for all strips of a pass, in parallel.
 template <class Work>
 void for_strips(const Planes& planes, int step, const Work& work) {
     const std::vector<Strip> all = strips(planes.width(), planes.height(), step);
-    int widest = 0;
-    for (const Strip& strip : all) widest = std::max(widest, strip.x1 - strip.x0);
 #pragma omp parallel if (planes.worth_threads())
     {
-        PairRows pairs(widest);
+        const auto pairs = std::make_unique_for_overwrite<PairRows>();
 #pragma omp for schedule(dynamic)
-        for (std::size_t i = 0; i < all.size(); ++i) work(all[i], pairs);
+        for (std::size_t i = 0; i < all.size(); ++i) work(all[i], *pairs);
     }
 }
 
