@@ -131,7 +131,7 @@ void AliasTables::fill(std::span<AliasSlot> slots, std::span<const std::int64_t>
     // Two tables side by side: each step waits for the one before it.
     for (std::size_t t = 0; t < tables; t += 2) {
         Sweep one = sorted(t), two = t + 1 < tables ? sorted(t + 1) : Sweep{};
-        while (one.goes_on() & two.goes_on()) {
+        while ((static_cast<int>(one.goes_on()) & static_cast<int>(two.goes_on())) != 0) {  // one branch, not two
             one.step();
             two.step();
         }
