@@ -76,18 +76,13 @@ std::size_t Append(const RayOrder& order, const vec3* points, const float* share
     return written;
 }
 
-// Rows of three numbers, of which a fourth is read as well, brought side by side; see side_by_side().
+// Rows of three numbers, of which a fourth is read as well, brought side by side.
 void points_side_by_side(const vec3* points, const std::uint32_t* index, float (*columns)[RayPacket::size]) {
     namespace hn = hwy::HWY_NAMESPACE;
-    const hn::Full128<float> d;
-    const auto row = [&](int i) { return hn::LoadU(d, &points[index[i]].x); };
-    for (int i = 0; i < RayPacket::size; i += 4) {
-        const auto a = row(i), b = row(i + 1), c = row(i + 2), e = row(i + 3);
-        const auto low_ac = hn::InterleaveLower(d, a, c), low_be = hn::InterleaveLower(d, b, e);
-        const auto high_ac = hn::InterleaveUpper(d, a, c), high_be = hn::InterleaveUpper(d, b, e);
-        hn::StoreU(hn::InterleaveLower(d, low_ac, low_be), d, columns[0] + i);
-        hn::StoreU(hn::InterleaveUpper(d, low_ac, low_be), d, columns[1] + i);
-        hn::StoreU(hn::InterleaveLower(d, high_ac, high_be), d, columns[2] + i);
+    const hn::CappedTag<float, RayPacket::size> d;
+    for (int i = 0; i < RayPacket::size; i += static_cast<int>(hn::Lanes(d))) {
+        const auto found = four_columns(d, [&](int j) HWY_ATTR { return &points[index[i + j]].x; });
+        for (int c = 0; c < 3; ++c) hn::StoreU(found.at[c], d, columns[c] + i);
     }
 }
 
